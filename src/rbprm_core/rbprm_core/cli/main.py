@@ -1,0 +1,56 @@
+"""`rbprm`: the commands, and how errors become texts and exit codes."""
+
+from __future__ import annotations
+
+import sys
+
+import click
+from rich.console import Console
+
+from rbprm_core.cli.check import check
+from rbprm_core.cli.listing import robots, scenarios
+from rbprm_core.cli.plan import plan
+from rbprm_core.cli.view import view
+from rbprm_core.errors import ErrorCode, RbprmError
+
+EXIT_INTERNAL = 70
+EXIT_INTERRUPTED = 130
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="rbprm_core")
+def cli() -> None:
+    """Plan acyclic multi-contact motion for legged robots.
+
+    \b
+    Exit codes: 0 done, 1 the checked plan is invalid, 2 bad input, 3 start not
+    reachable, 4 goal not reachable, 5 no guide found, 6 no contact sequence
+    found, 7 time limit reached, 130 interrupted.
+    """
+
+
+for command in (plan, check, view, scenarios, robots):
+    cli.add_command(command)
+
+
+def main() -> None:
+    """Run a command; every failure that we foresaw is one line and an exit code of its own."""
+    try:
+        cli(standalone_mode=False)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(error.exit_code)
+    except (click.Abort, KeyboardInterrupt):
+        _complain("interrupted")
+        sys.exit(EXIT_INTERRUPTED)
+    except RbprmError as error:
+        _complain(str(error))
+        sys.exit(EXIT_INTERNAL if error.code is ErrorCode.INTERNAL else int(error.code))
+
+
+def _complain(text: str) -> None:
+    Console(stderr=True, soft_wrap=True).print(f"rbprm: {text}", style="red", markup=False)
+
+
+if __name__ == "__main__":
+    main()

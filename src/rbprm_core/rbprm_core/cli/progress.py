@@ -1,0 +1,53 @@
+"""Progress bars of the stages of planning."""
+
+from __future__ import annotations
+
+from types import TracebackType
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from rbprm_core.budget import Progress as Stage
+
+
+class StageBars:
+    """One bar a stage, shown as the stages come."""
+
+    def __init__(self, console: Console) -> None:
+        columns = (
+            TextColumn("{task.description:<12}"),
+            BarColumn(),
+            TextColumn("{task.percentage:>3.0f}%"),
+            TimeElapsedColumn(),
+            TextColumn("{task.fields[note]}"),
+        )
+        self._progress = Progress(*columns, console=console)
+        self._tasks: dict[str, object] = {}
+
+    def __enter__(self) -> StageBars:
+        self._progress.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._progress.stop()
+
+    def robot_data(self, fraction: float) -> None:
+        """Show how much of the robot data is there."""
+        self._show("robot data", fraction, "")
+
+    def planning(self, stage: Stage) -> None:
+        """Show a stage of planning; one that begins completes those before it."""
+        note = f"{stage.states} states" if stage.states else ""
+        self._show(stage.stage, stage.fraction, note)
+
+    def _show(self, name: str, fraction: float, note: str) -> None:
+        if name not in self._tasks:
+            for task in self._progress.tasks:
+                self._progress.update(task.id, completed=1.0)
+            self._tasks[name] = self._progress.add_task(name, total=1.0, note=note)
+        self._progress.update(self._tasks[name], completed=fraction, note=note)  # type: ignore[arg-type]

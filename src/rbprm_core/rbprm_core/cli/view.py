@@ -1,0 +1,25 @@
+"""`rbprm view`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from rbprm_core.plan import ContactPlan
+from rbprm_core.view import write_page, write_picture
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="HTML page to write.")
+@click.option("--picture", type=click.Path(dir_okay=False, path_type=Path), help="PNG to write.")
+def view(file: Path, out: Path | None, picture: Path | None) -> None:
+    """Write a self-contained HTML page that shows the plan in FILE in 3-D."""
+    result = ContactPlan.read(file)
+    page = out or file.with_suffix(".html")
+    write_page(result, page)
+    click.echo(f"written to {page}")
+    if picture is not None:
+        write_picture(result, picture)
+        click.echo(f"written to {picture}")

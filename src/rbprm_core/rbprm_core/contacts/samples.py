@@ -1,0 +1,74 @@
+"""The limb sample database: valid configurations indexed by where they put the effector (4.1)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbprm_core.robot.sampling import LimbSamples
+
+Array = NDArray[np.float64]
+
+CELL = 0.08  # metres; edge of a cell of the index
+
+
+class LimbDatabase:
+    """Samples of a limb sorted by the cell of a regular grid that holds their effector.
+
+    A grid does the octree's work in two NumPy passes: cells near a surface, then their samples.
+
+    Attributes:
+        joints: (m, n). positions: (m, 3) in the base frame, metres.
+        grams: (m, 3, 3) J J^T. manipulability: (m,) (equation 17).
+    """
+
+    def __init__(self, samples: LimbSamples) -> None:
+        cell = np.floor(samples.positions / CELL).astype(np.int64)
+        order = np.lexsort(cell.T)
+        self.joints = samples.joints[order]
+        self.positions = samples.positions[order]
+        jacobians = samples.jacobians[order]
+        self.grams = jacobians @ np.swapaxes(jacobians, 1, 2)
+        self.manipulability = np.sqrt(np.maximum(np.linalg.det(self.grams), 0.0))
+        cells, self._starts, self._counts = np.unique(
+            cell[order][:, ::-1], axis=0, return_index=True, return_counts=True
+        )
+        # lexsort sorts by the last key first: unique's order on the reversed columns is the same.
+        self._centers = (cells[:, ::-1] + 0.5) * CELL
+        self.reach = float(np.linalg.norm(self.positions, axis=1).max())
+
+    def near(
+        self, normals: Array, offsets: Array, edge_normals: Array, edge_offsets: Array, band: float
+    ) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+        """Samples whose effector is near a convex planar piece, over it.
+
+        Args:
+            normals: (p, 3), offsets: (p,) of the pieces' planes in the base frame.
+            edge_normals: (p, e, 3) inward, edge_offsets: (p, e).
+            band: most metres from the plane on either side.
+
+        Returns:
+            Indices of samples (h,) and of the pieces (h,) they are near to.
+        """
+        half = CELL * math.sqrt(3) / 2
+        height = self._centers @ normals.T - offsets
+        cell, piece = np.nonzero(np.abs(height) <= band + half)
+        inside = _inside(self._centers[cell], edge_normals[piece], edge_offsets[piece] - half)
+        cell, piece = cell[inside], piece[inside]
+        counts = self._counts[cell]
+        piece = np.repeat(piece, counts)
+        first = np.repeat(self._starts[cell] - np.cumsum(counts) + counts, counts)
+        sample = first + np.arange(len(piece))
+        points = self.positions[sample]
+        height = np.einsum("ij,ij->i", points, normals[piece]) - offsets[piece]
+        hit = np.abs(height) <= band
+        sample, piece = sample[hit], piece[hit]
+        inside = _inside(points[hit], edge_normals[piece], edge_offsets[piece])
+        return sample[inside], piece[inside]
+
+
+def _inside(points: Array, edge_normals: Array, edge_offsets: Array) -> NDArray[np.bool_]:
+    """(h,) True where point i (h, 3) is inside all edges of its piece (h, e, 3), (h, e)."""
+    return np.asarray(((edge_normals @ points[:, :, None])[..., 0] >= edge_offsets).all(axis=1))

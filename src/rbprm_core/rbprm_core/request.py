@@ -1,0 +1,60 @@
+"""What a plan is asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from rbprm_core.contacts.generator import GeneratorOptions
+from rbprm_core.contacts.sequence import SequenceOptions
+from rbprm_core.guide.rrt import RrtOptions
+from rbprm_core.guide.space import RootBounds
+from rbprm_core.placement import Placement
+
+Array = NDArray[np.float64]
+
+GRAVITY = np.array([0.0, 0.0, -9.81])
+
+
+@dataclass(frozen=True)
+class PlannerOptions:
+    """Every option of the planner; the defaults serve the scenarios of the paper.
+
+    Attributes:
+        shortcuts: random shortcuts tried on a guide.
+        guides: guides tried before the request is given up.
+    """
+
+    rrt: RrtOptions = field(default_factory=RrtOptions)
+    shortcuts: Annotated[int, Field(ge=0)] = 100
+    guides: Annotated[int, Field(ge=1)] = 20
+    generator: GeneratorOptions = field(default_factory=GeneratorOptions)
+    sequence: SequenceOptions = field(default_factory=SequenceOptions)
+
+
+@dataclass(frozen=True, eq=False)
+class PlanRequest:
+    """Start, goal and conditions.
+
+    Attributes:
+        start, goal: placements of the root in the planning frame.
+        bounds: of the root along the whole way.
+        required: names of the limbs whose workspace must meet a surface all along.
+        start_limbs: names of the limbs in contact at the start.
+        robustness_threshold: least raw b0 of every state, newtons.
+        seed: of everything that is random.
+    """
+
+    start: Placement
+    goal: Placement
+    bounds: RootBounds
+    required: tuple[str, ...]
+    start_limbs: tuple[str, ...]
+    robustness_threshold: float
+    seed: int = 0
+    gravity: Array = field(default_factory=lambda: GRAVITY.copy())
+    options: PlannerOptions = field(default_factory=PlannerOptions)

@@ -1,0 +1,46 @@
+"""Files that installed packages ship, named relative to a `share` folder.
+
+`example-robot-data/robots/hyq_description/...` means the same on every machine.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+from rbprm_core.errors import InvalidInput
+
+PATH_VARIABLE = "RBPRM_SHARE_PATH"
+
+
+def share_folders() -> list[Path]:
+    """Folders searched, in order: RBPRM_SHARE_PATH, ament prefixes, Python's prefixes (cmeel)."""
+    folders = [Path(p) for p in os.environ.get(PATH_VARIABLE, "").split(os.pathsep) if p]
+    prefixes = [Path(p) for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
+    spec = find_spec("cmeel")
+    if spec is not None and spec.origin is not None:
+        prefixes.append(Path(spec.origin).parents[1] / "cmeel.prefix")
+    prefixes.append(Path(sys.prefix))
+    folders += [prefix / "share" for prefix in prefixes]
+    return [folder for folder in dict.fromkeys(folders) if folder.is_dir()]
+
+
+def find_resource(name: str, field: str) -> Path:
+    """Absolute path of a file given absolutely or relative to a `share` folder.
+
+    Raises:
+        InvalidInput: no such file; lists the folders searched.
+    """
+    if Path(name).is_absolute():
+        candidates = [Path(name)]
+    else:
+        candidates = [folder / name for folder in share_folders()]
+    for path in candidates:
+        if path.is_file():
+            return path
+    searched = ", ".join(str(path.parent) for path in candidates)
+    raise InvalidInput(
+        field, name, f"no such file; searched {searched}; {PATH_VARIABLE} adds folders"
+    )

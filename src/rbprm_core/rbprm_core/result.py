@@ -1,0 +1,106 @@
+"""From the planner's outcome to the contact plan that leaves the program."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from rbprm_core.contacts import Contact, State
+from rbprm_core.placement import Placement
+from rbprm_core.plan import (
+    ContactEntry,
+    ContactPlan,
+    EnvironmentEntry,
+    Pose,
+    RequestEntry,
+    RobotEntry,
+    StateEntry,
+    Vector3,
+)
+from rbprm_core.planner import Outcome
+from rbprm_core.request import PlanRequest
+from rbprm_core.robot import Robot
+
+Array = NDArray[np.float64]
+
+
+def contact_plan(
+    outcome: Outcome, request: PlanRequest, robot: Robot, environment: EnvironmentEntry
+) -> ContactPlan:
+    """The plan in the words of the plan file."""
+    description = robot.description
+    return ContactPlan(
+        robot=RobotEntry(
+            name=robot.name,
+            urdf=description.urdf,
+            srdf=description.srdf,
+            joint_names=robot.joint_names,
+        ),
+        environment=environment,
+        request=RequestEntry(
+            start=_pose(request.start),
+            goal=_pose(request.goal),
+            seed=request.seed,
+            robustness_threshold=request.robustness_threshold,
+            gravity=_vector(request.gravity),
+        ),
+        guide=tuple(_root_pose(node) for node in outcome.guide.nodes),
+        states=tuple(state_entry(robot, state) for state in outcome.states),
+        statistics=outcome.statistics,
+    )
+
+
+def state_entry(robot: Robot, state: State) -> StateEntry:
+    """One state, with the contact frames measured in the effectors' frames."""
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, state.q)
+    return StateEntry(
+        root=_root_pose(state.q),
+        joints=tuple(state.q[7:].tolist()),
+        com=_vector(state.com),
+        robustness=state.robustness,
+        contacts=tuple(_contact(robot, data, contact) for contact in state.contacts),
+    )
+
+
+def _contact(robot: Robot, data: pin.Data, contact: Contact) -> ContactEntry:
+    limb = robot.limbs[contact.limb]
+    placement = pin.SE3(contact.rotation, contact.position)
+    # A ball rolls about its centre, so where the contact is on it follows from the normal.
+    center = data.oMf[limb.frame].act(limb.center)
+    touched = pin.SE3(contact.rotation, center - limb.radius * contact.normal)
+    offset = Placement.of(data.oMf[limb.frame].inverse() * touched)
+    pose = Placement.of(placement)
+    return ContactEntry(
+        limb=limb.name,
+        frame=limb.effector,
+        frame_offset=_pose(offset),
+        type="point",
+        position=_vector(contact.position),
+        orientation=_quaternion(pose.orientation),
+        normal=_vector(contact.normal),
+        points=(_vector(contact.position),),
+        friction=contact.friction,
+        surface=contact.surface,
+    )
+
+
+def _pose(placement: Placement) -> Pose:
+    return Pose(
+        position=_vector(placement.position), orientation=_quaternion(placement.orientation)
+    )
+
+
+def _root_pose(root: Array) -> Pose:
+    return Pose(position=_vector(root[:3]), orientation=_quaternion(root[3:7]))
+
+
+def _vector(array: Array) -> Vector3:
+    x, y, z = array.tolist()
+    return (x, y, z)
+
+
+def _quaternion(array: Array) -> tuple[float, float, float, float]:
+    x, y, z, w = array.tolist()
+    return (x, y, z, w)

@@ -1,0 +1,142 @@
+"""Collision bodies of the robot: convex hulls where they do, the URDF's meshes where they must.
+
+A hull contains its link, so "hulls apart" proves "links apart". Between links whose hulls overlap
+while the links do not (a thigh in the hollow of a trunk) the meshes themselves are asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import coal
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from rbprm_core.robot.model import Robot
+
+Array = NDArray[np.float64]
+
+EXACT_PAIR_SAMPLES = 400
+
+
+@dataclass(frozen=True, eq=False)
+class Bodies:
+    """Geometry objects and the pairs to test.
+
+    Attributes:
+        objects: convex hulls (or the URDF's primitives), then the meshes of links that have one.
+        hulls: number of leading objects that are convex; object i < hulls is geometry i of the
+            URDF.
+        self_pairs: (p, 2) indices into `objects`, each pair in its cheapest sound form.
+        owner: (objects,) index of the limb that carries the object, -1 for the root part.
+        last: (objects,) True where the object hangs on its limb's last joint.
+    """
+
+    objects: tuple[pin.GeometryObject, ...]
+    hulls: int
+    self_pairs: NDArray[np.int_]
+    owner: NDArray[np.int_]
+    last: NDArray[np.bool_]
+
+    def model(
+        self, pairs: Iterable[tuple[int, int]], obstacles: Iterable[pin.GeometryObject] = ()
+    ) -> pin.GeometryModel:
+        """A geometry model over all objects, then `obstacles`, that tests the pairs."""
+        geometry = pin.GeometryModel()
+        for body in (*self.objects, *obstacles):
+            geometry.addGeometryObject(body)
+        for first, second in pairs:
+            geometry.addCollisionPair(pin.CollisionPair(int(first), int(second)))
+        return geometry
+
+    def limb_pairs(self, limb: int, others: bool) -> list[tuple[int, int]]:
+        """Self-collision pairs of a limb; `others` adds those with the other limbs."""
+        chosen = []
+        for first, second in self.self_pairs:
+            owners = {int(self.owner[first]), int(self.owner[second])}
+            if limb in owners and (others or owners <= {limb, -1}):
+                chosen.append((int(first), int(second)))
+        return chosen
+
+
+def make_bodies(robot: Robot, exact: NDArray[np.bool_]) -> Bodies:
+    """Bodies of a robot.
+
+    Args:
+        exact: (pairs of the URDF's geometry,) True where the meshes must be asked.
+    """
+    raw = list(robot.geometry.geometryObjects)
+    objects = [_hull_object(body) for body in raw]
+    mesh_index = {}
+    for i, body in enumerate(raw):
+        if isinstance(body.geometry, coal.BVHModelBase):
+            mesh_index[i] = len(objects)
+            objects.append(pin.GeometryObject(body))
+    pairs = [(pair.first, pair.second) for pair in robot.geometry.collisionPairs]
+    chosen = [
+        (mesh_index.get(a, a), mesh_index.get(b, b)) if ask_mesh else (a, b)
+        for (a, b), ask_mesh in zip(pairs, exact, strict=True)
+    ]
+    joints = [body.parentJoint for body in objects]
+    owner = [
+        next((k for k, limb in enumerate(robot.limbs) if joint in limb.joints), -1)
+        for joint in joints
+    ]
+    ends = {limb.last_joint for limb in robot.limbs}
+    return Bodies(
+        objects=tuple(objects),
+        hulls=len(raw),
+        self_pairs=np.array(chosen, dtype=int).reshape(-1, 2),
+        owner=np.array(owner),
+        last=np.array([joint in ends for joint in joints]),
+    )
+
+
+def find_exact_pairs(robot: Robot, rng: np.random.Generator) -> NDArray[np.bool_]:
+    """Pairs whose hulls touch in a posture where their meshes do not, over random postures.
+
+    Returns:
+        (pairs,) True where only the meshes tell.
+    """
+    count = len(robot.geometry.collisionPairs)
+    bounds = np.isfinite(robot.low) & np.isfinite(robot.high)
+    hulls = make_bodies(robot, np.zeros(count, dtype=bool))
+    hull_test = pair_test(robot, hulls.model(hulls.self_pairs))
+    mesh_test = pair_test(robot, robot.geometry)
+    exact = np.zeros(count, dtype=bool)
+    for i in range(EXACT_PAIR_SAMPLES):
+        q = robot.reference.copy()
+        if i > 0:
+            q[bounds] = rng.uniform(robot.low[bounds], robot.high[bounds])
+        exact |= hull_test(q) & ~mesh_test(q)
+    return exact
+
+
+def pair_test(robot: Robot, geometry: pin.GeometryModel) -> Callable[[Array], NDArray[np.bool_]]:
+    """A function of q (nq,) that tells for each pair of a geometry model whether it collides."""
+    data, scratch = robot.model.createData(), geometry.createData()
+
+    def collide(q: Array) -> NDArray[np.bool_]:
+        pin.computeCollisions(robot.model, data, geometry, scratch, q, False)
+        return np.array([result.isCollision() for result in scratch.collisionResults], dtype=bool)
+
+    return collide
+
+
+def _hull_object(body: pin.GeometryObject) -> pin.GeometryObject:
+    """The object with its mesh replaced by the mesh's convex hull; a primitive stays."""
+    hull = pin.GeometryObject(body)
+    if isinstance(body.geometry, coal.BVHModelBase):
+        body.geometry.buildConvexHull(True, "Qt")
+        hull.geometry = body.geometry.convex
+    return hull
+
+
+def convex(vertices: Array) -> coal.ShapeBase:
+    """Convex hull of points (n, 3) as a coal shape."""
+    points = coal.StdVec_Vec3s()
+    for vertex in vertices:
+        points.append(vertex)
+    return coal.Convex.convexHull(points, True, "Qt")

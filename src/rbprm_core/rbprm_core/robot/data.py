@@ -1,0 +1,102 @@
+"""What is computed once for a robot and kept on disk: volumes, samples, which pairs need meshes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from rbprm_core.cache import Arrays, cached, key_of
+from rbprm_core.resources import find_resource
+from rbprm_core.robot.bodies import Bodies, find_exact_pairs, make_bodies
+from rbprm_core.robot.model import Robot
+from rbprm_core.robot.sampling import LimbSamples, sample_limb
+from rbprm_core.robot.volumes import reachable_workspace, trunk_volume
+
+Array = NDArray[np.float64]
+
+FORMAT = "1"  # raise when what is kept, or how it is made, changes
+
+
+@dataclass(frozen=True, eq=False)
+class RobotData:
+    """A robot with all that depends on it alone.
+
+    Attributes:
+        bodies: collision bodies. trunk: corners of the pieces of W0 in the root frame, metres.
+        workspaces: per limb, the corners (v, 3) of Wk in the limb's base frame, metres.
+        samples: per limb, the sample database of section 4.1.
+    """
+
+    robot: Robot
+    bodies: Bodies
+    trunk: tuple[Array, ...]
+    workspaces: tuple[Array, ...]
+    samples: tuple[LimbSamples, ...]
+
+
+def load_robot_data(
+    robot: Robot, report: Callable[[float], None] = lambda fraction: None
+) -> RobotData:
+    """The data of a robot, from the cache or computed.
+
+    Args:
+        report: told the share done, 0 to 1; may raise to stop.
+    """
+    arrays = cached(f"robot-{robot.name}", _key(robot), lambda: _compute(robot, report))
+    report(1.0)
+    limbs = range(len(robot.limbs))
+    samples = tuple(
+        LimbSamples(*(arrays[f"{part}_{k}"] for part in ("joints", "positions", "jacobians")))  # type: ignore[arg-type]
+        for k in limbs
+    )
+    return RobotData(
+        robot=robot,
+        bodies=make_bodies(robot, arrays["exact_pairs"].astype(bool)),
+        trunk=tuple(trunk_volume(robot, robot.description.volumes.trunk_scale)),
+        workspaces=tuple(arrays[f"workspace_{k}"].astype(float) for k in limbs),
+        samples=samples,
+    )
+
+
+def _compute(robot: Robot, report: Callable[[float], None]) -> Arrays:
+    rng = np.random.default_rng(robot.description.seed)
+    volumes = robot.description.volumes
+    report(0.0)
+    exact = find_exact_pairs(robot, rng)
+    bodies = make_bodies(robot, exact)
+    arrays: Arrays = {"exact_pairs": exact}
+    count = len(robot.limbs)
+    for k, limb in enumerate(robot.limbs):
+
+        def share(part: float, k: int = k) -> None:
+            report((k + part) / count)
+
+        found = sample_limb(robot, bodies, limb, volumes.samples, rng, share)
+        arrays[f"workspace_{k}"] = reachable_workspace(found.positions, volumes.faces)
+        arrays[f"joints_{k}"] = found.joints[: limb.samples]
+        arrays[f"positions_{k}"] = found.positions[: limb.samples]
+        arrays[f"jacobians_{k}"] = found.jacobians[: limb.samples]
+    return arrays
+
+
+def _key(robot: Robot) -> str:
+    return key_of(_inputs(robot))
+
+
+def _inputs(robot: Robot) -> Iterator[bytes]:
+    """Everything that the data depends on: formats, libraries, description, robot files."""
+    yield FORMAT.encode()
+    yield f"{pin.__version__} {np.__version__}".encode()
+    yield robot.description.model_dump_json().encode()
+    yield find_resource(robot.description.urdf, "robot.urdf").read_bytes()
+    if robot.description.srdf is not None:
+        yield find_resource(robot.description.srdf, "robot.srdf").read_bytes()
+    for body in robot.geometry.geometryObjects:
+        path = Path(body.meshPath)
+        if path.is_file():
+            yield path.read_bytes()

@@ -1,0 +1,105 @@
+"""A limb: the joints from the root to an effector that makes contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from rbprm_core.errors import InvalidInput
+from rbprm_core.robot.description import LimbDescription
+from rbprm_core.robot.kinematics import LimbKinematics
+from rbprm_core.vocabulary import SurfaceKind
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Limb:
+    """One limb R^k of the robot (section 2.3).
+
+    Attributes:
+        name: of the limb. effector: name of the URDF frame that makes contact.
+        base: id of the joint the limb hangs on; workspaces and samples are in its frame.
+        joints: (n,) ids of the limb's joints, from the base outwards.
+        q_index: (n,) their places in the configuration vector.
+        low, high: (n,) joint limits in radians or metres.
+        frame: id of the effector frame. center: (3,) contact centre in that frame.
+        radius: of the ball around the centre, metres.
+        kinematics: of the contact centre in the base frame, on the limb's joints alone.
+    """
+
+    name: str
+    effector: str
+    base: int
+    joints: NDArray[np.int_]
+    q_index: NDArray[np.int_]
+    low: Array
+    high: Array
+    frame: int
+    center: Array
+    radius: float
+    kinematics: LimbKinematics
+    surfaces: tuple[SurfaceKind, ...]
+    heuristics: dict[str, float]
+    samples: int
+
+    @property
+    def last_joint(self) -> int:
+        """Id of the joint that carries the effector."""
+        return int(self.joints[-1])
+
+
+def make_limb(model: pin.Model, text: LimbDescription, low: Array, high: Array) -> Limb:
+    """Resolve a limb's names in a model.
+
+    Args:
+        low, high: (nq,) limits of the whole configuration.
+
+    Raises:
+        InvalidInput: unknown joint or frame, or joints the planner cannot use.
+    """
+    field = f"limbs.{text.name}"
+    if not model.existJointName(text.first_joint):
+        known = ", ".join(model.names[2:])
+        raise InvalidInput(f"{field}.first_joint", text.first_joint, f"unknown; known: {known}")
+    if not model.existFrame(text.effector):
+        known = ", ".join(f.name for f in model.frames if f.type == pin.FrameType.BODY)
+        raise InvalidInput(f"{field}.effector", text.effector, f"unknown frame; links: {known}")
+    frame = model.getFrameId(text.effector)
+    joints = _joints_between(model, model.getJointId(text.first_joint), frame)
+    base, center = model.parents[joints[0]], np.array(text.contact.center)
+    q_index = np.array([model.joints[j].idx_q for j in joints])
+    return Limb(
+        name=text.name,
+        effector=text.effector,
+        base=base,
+        joints=np.array(joints),
+        q_index=q_index,
+        low=low[q_index],
+        high=high[q_index],
+        frame=frame,
+        center=center,
+        radius=text.contact.radius,
+        kinematics=LimbKinematics(model, base, np.array(joints), frame, center),
+        surfaces=text.surfaces,
+        heuristics=dict(text.heuristics),
+        samples=text.samples,
+    )
+
+
+def _joints_between(model: pin.Model, first: int, frame: int) -> list[int]:
+    """Ids of the joints from the first one to the one that carries a frame."""
+    joints = [model.frames[frame].parentJoint]
+    while joints[0] != first:
+        if joints[0] == 0:
+            reason = f"does not hang on the limb's first joint {model.names[first]}"
+            raise InvalidInput("limbs.effector", model.frames[frame].name, reason)
+        joints.insert(0, model.parents[joints[0]])
+    for joint in joints:
+        if model.joints[joint].nq != 1:
+            reason = f"joint type {model.joints[joint].shortname()} is not supported in a limb"
+            raise InvalidInput("joint", model.names[joint], f"{reason}: one bounded axis is")
+    return joints

@@ -1,0 +1,159 @@
+"""The robot: pinocchio model, limits, limbs and collision geometry, from its description."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from rbprm_core.errors import InvalidInput
+from rbprm_core.resources import find_resource, share_folders
+from rbprm_core.robot.description import RobotDescription
+from rbprm_core.robot.limb import Limb, make_limb
+
+Array = NDArray[np.float64]
+
+ROOT_JOINT = 1  # pinocchio numbers the universe 0 and the free-flyer 1
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot with a free-flying root.
+
+    A configuration q is pinocchio's: root position (3), root quaternion [x, y, z, w] (4), joints.
+
+    Attributes:
+        description: where all this came from.
+        model: kinematics and masses.
+        geometry: collision geometry as the URDF gives it, with the pairs that the SRDF leaves.
+        limbs: in the order of the description.
+        low, high: (nq,) limits; infinite for the root.
+        reference: (nq,) the reference posture with the root at the origin.
+        joint_names: names of the joints in configuration order, root excluded.
+        root_index: places in q of the root's degrees of freedom, the 7 of its pose first.
+    """
+
+    description: RobotDescription
+    model: pin.Model
+    geometry: pin.GeometryModel
+    limbs: tuple[Limb, ...]
+    low: Array
+    high: Array
+    reference: Array
+    joint_names: tuple[str, ...]
+    root_index: NDArray[np.int_]
+
+    @property
+    def name(self) -> str:
+        """Name of the robot."""
+        return self.description.name
+
+    @property
+    def mass(self) -> float:
+        """Total mass in kilograms."""
+        return float(pin.computeTotalMass(self.model))
+
+    def limb(self, name: str) -> Limb:
+        """The limb of a name."""
+        return next(limb for limb in self.limbs if limb.name == name)
+
+    @staticmethod
+    def load(description: RobotDescription) -> Robot:
+        """Read URDF and SRDF and resolve every name.
+
+        Raises:
+            InvalidInput: missing file, unknown name, or unsupported joint.
+        """
+        model = _read_model(description)
+        low, high = _limits(model, description)
+        limbs = tuple(make_limb(model, text, low, high) for text in description.limbs)
+        root_joints = [_joint(model, name, "root_joints") for name in description.root_joints]
+        root_index = [*range(7), *(model.joints[j].idx_q for j in root_joints)]
+        return Robot(
+            description=description,
+            model=model,
+            geometry=_read_geometry(model, description),
+            limbs=limbs,
+            low=low,
+            high=high,
+            reference=_reference(model, description, low, high),
+            joint_names=tuple(model.names[2:]),
+            root_index=np.array(root_index),
+        )
+
+
+def _joint(model: pin.Model, name: str, field: str) -> int:
+    if not model.existJointName(name):
+        known = ", ".join(model.names[2:])
+        raise InvalidInput(field, name, f"unknown joint; known: {known}")
+    return int(model.getJointId(name))
+
+
+def _read_model(description: RobotDescription) -> pin.Model:
+    path = find_resource(description.urdf, "robot.urdf")
+    try:
+        return pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())
+    except (RuntimeError, ValueError) as error:
+        raise InvalidInput("robot.urdf", description.urdf, f"cannot be read: {error}") from error
+
+
+def _limits(model: pin.Model, description: RobotDescription) -> tuple[Array, Array]:
+    """Joint limits of the URDF, narrowed by the description's ranges."""
+    low, high = model.lowerPositionLimit.copy(), model.upperPositionLimit.copy()
+    low[:7], high[:7] = -np.inf, np.inf
+    for name, (least, most) in description.joint_ranges.items():
+        index = model.joints[_joint(model, name, "robot.joint_ranges")].idx_q
+        low[index], high[index] = max(low[index], least), min(high[index], most)
+        if low[index] > high[index]:
+            reason = "lies outside the URDF's limits"
+            raise InvalidInput(f"robot.joint_ranges.{name}", (least, most), reason)
+    return low, high
+
+
+def _read_geometry(model: pin.Model, description: RobotDescription) -> pin.GeometryModel:
+    """Collision geometry with the pairs that the SRDF leaves."""
+    shares = share_folders()
+    folders = [str(f) for share in shares for f in (share, share / "example-robot-data" / "robots")]
+    urdf = str(find_resource(description.urdf, "robot.urdf"))
+    try:
+        geometry = pin.buildGeomFromUrdf(
+            model, urdf, pin.GeometryType.COLLISION, package_dirs=folders
+        )
+    except (RuntimeError, ValueError) as error:
+        reason = f"its collision meshes cannot be read: {error}"
+        raise InvalidInput("robot.urdf", description.urdf, reason) from error
+    geometry.addAllCollisionPairs()
+    if description.srdf is not None:
+        srdf = str(find_resource(description.srdf, "robot.srdf"))
+        pin.removeCollisionPairs(model, geometry, srdf)
+        pin.loadReferenceConfigurations(model, srdf)
+    else:
+        _remove_adjacent_pairs(model, geometry)
+    return geometry
+
+
+def _remove_adjacent_pairs(model: pin.Model, geometry: pin.GeometryModel) -> None:
+    """Without an SRDF, links that share a joint may touch by design."""
+    joints = [g.parentJoint for g in geometry.geometryObjects]
+    for pair in list(geometry.collisionPairs):
+        a, b = joints[pair.first], joints[pair.second]
+        if a == b or model.parents[a] == b or model.parents[b] == a:
+            geometry.removeCollisionPair(pair)
+
+
+def _reference(model: pin.Model, description: RobotDescription, low: Array, high: Array) -> Array:
+    """The reference posture with the root at the origin, inside the limits."""
+    q = pin.neutral(model)
+    posture = description.reference_posture
+    if isinstance(posture, str):
+        known = [entry.key() for entry in model.referenceConfigurations]
+        if posture not in known:
+            reason = f"no such group state in the SRDF; known: {', '.join(known) or 'none'}"
+            raise InvalidInput("robot.reference_posture", posture, reason)
+        q[7:] = model.referenceConfigurations[posture][7:]
+    else:
+        for name, value in posture.items():
+            q[model.joints[_joint(model, name, "robot.reference_posture")].idx_q] = value
+    return np.asarray(np.clip(q, low, high))

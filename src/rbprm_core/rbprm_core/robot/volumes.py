@@ -1,0 +1,92 @@
+"""The volumes of the reachability condition (appendix A): W0 of the trunk, Wk of each limb."""
+
+from __future__ import annotations
+
+import coal
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from rbprm_core.errors import InvalidInput
+from rbprm_core.robot.model import ROOT_JOINT, Robot
+
+Array = NDArray[np.float64]
+
+
+def reachable_workspace(positions: Array, faces: int) -> Array:
+    """Vertices (v, 3) of the workspace Wk in the limb's base frame, metres (appendix A.1).
+
+    Args:
+        positions: (m, 3) effector centres of valid limb configurations.
+        faces: most faces of the result.
+    """
+    return simplify(positions[ConvexHull(positions).vertices], faces)
+
+
+def simplify(corners: Array, faces: int) -> Array:
+    """A few of the corners (n, 3) of a convex body: a polytope inside it with at most `faces`.
+
+    Greedy: from a tetrahedron of far corners, add the corner that lies farthest outside until the
+    faces are used up (a triangulated hull of v corners has 2 v - 4). Inner, hence conservative, as
+    the decimation of appendix A.1 is meant to be: what is lost lies near the limb's singularities.
+    """
+    most = max(4, (faces + 4) // 2)
+    chosen = [int(np.argmin(corners[:, 0])), int(np.argmax(corners[:, 0]))]
+    line = corners[chosen[1]] - corners[chosen[0]]
+    off_line = np.linalg.norm(np.cross(corners - corners[chosen[0]], line), axis=1)
+    chosen.append(int(np.argmax(off_line)))
+    normal = np.cross(line, corners[chosen[2]] - corners[chosen[0]])
+    chosen.append(int(np.argmax(np.abs((corners - corners[chosen[0]]) @ normal))))
+    while len(chosen) < min(most, len(corners)):
+        equations = ConvexHull(corners[chosen]).equations
+        outside = (corners @ equations[:, :3].T + equations[:, 3]).max(axis=1)
+        farthest = int(np.argmax(outside))
+        if outside[farthest] < 1e-6:
+            break
+        chosen.append(farthest)
+    return np.asarray(corners[sorted(chosen)])
+
+
+def trunk_volume(robot: Robot, scale: float) -> list[Array]:
+    """Corners (n, 3) of the convex pieces of W0 in the root frame, metres (appendix A.2).
+
+    One piece a collision geometry of the trunk's links, scaled by s about its box's centre.
+
+    Raises:
+        InvalidInput: a trunk link that does not exist, has no geometry or moves against the root.
+    """
+    links = robot.description.volumes.trunk_links
+    pieces = []
+    for link in links:
+        bodies = [g for g in robot.geometry.geometryObjects if _link_of(robot, g) == link]
+        if not bodies:
+            known = sorted({_link_of(robot, g) for g in robot.geometry.geometryObjects})
+            reason = f"no collision geometry; links that have one: {', '.join(known)}"
+            raise InvalidInput("volumes.trunk_links", link, reason)
+        for body in bodies:
+            if body.parentJoint != ROOT_JOINT:
+                reason = "moves against the root; trunk links are fixed to it"
+                raise InvalidInput("volumes.trunk_links", link, reason)
+            corners = _corners(body)
+            middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+            pieces.append(middle + scale * (corners - middle))
+    return pieces
+
+
+def _link_of(robot: Robot, body: pin.GeometryObject) -> str:
+    return str(robot.model.frames[body.parentFrame].name)
+
+
+def _corners(body: pin.GeometryObject) -> Array:
+    """Points (n, 3) whose hull contains a body, in its joint's frame."""
+    shape = body.geometry
+    if isinstance(shape, coal.BVHModelBase):
+        points = np.asarray(shape.vertices())
+        points = points[ConvexHull(points).vertices]
+    else:
+        shape.computeLocalAABB()
+        low, high = np.array(shape.aabb_local.min_), np.array(shape.aabb_local.max_)
+        corners = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T
+        points = low + corners * (high - low)
+    return np.array([body.placement.act(point) for point in points])

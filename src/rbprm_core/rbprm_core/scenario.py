@@ -1,0 +1,168 @@
+"""The scenario file (TOML): robot, environment and request, by name or by path."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field
+
+from rbprm_core.environment import load_scene
+from rbprm_core.errors import InvalidInput
+from rbprm_core.files import known_files, read_toml
+from rbprm_core.guide.space import RootBounds
+from rbprm_core.placement import Placement
+from rbprm_core.plan import EnvironmentEntry, MeshEntry, SurfaceEntry
+from rbprm_core.request import PlannerOptions, PlanRequest
+from rbprm_core.robot import Robot
+from rbprm_core.scene import Classification, Scene
+from rbprm_core.validation import Record, finite_number, one_of, parse_record
+
+Range = tuple[float, float]
+HalfRange = Annotated[float, Field(ge=0)]
+
+
+class PoseText(Record):
+    """A placement of the root; orientation is [x, y, z, w]."""
+
+    position: tuple[float, float, float]
+    orientation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+
+
+class BoundsText(Record):
+    """Where the root may be: metres, and largest absolute angles in radians."""
+
+    x: Range
+    y: Range
+    z: Range
+    yaw: HalfRange
+    pitch: HalfRange
+    roll: HalfRange
+
+
+class RequestText(Record):
+    """Start, goal and conditions; see `PlanRequest`."""
+
+    start: PoseText
+    goal: PoseText
+    bounds: BoundsText
+    required: tuple[str, ...] | None = None
+    start_limbs: tuple[str, ...] | None = None
+    robustness_threshold: float = 0.0
+    time_limit: Annotated[float, Field(gt=0)] = 60.0
+
+
+class RobotChanges(Record):
+    """What of the request is different for another robot."""
+
+    start: PoseText | None = None
+    goal: PoseText | None = None
+    bounds: BoundsText | None = None
+    required: tuple[str, ...] | None = None
+    start_limbs: tuple[str, ...] | None = None
+    robustness_threshold: float | None = None
+    time_limit: Annotated[float, Field(gt=0)] | None = None
+
+
+class MeshText(MeshEntry, extra="forbid"):
+    """A mesh of the environment; unknown keys are errors."""
+
+
+class SurfaceText(SurfaceEntry, extra="forbid"):
+    """A polygon of the environment; unknown keys are errors."""
+
+
+class EnvironmentText(Record):
+    """Meshes, polygons, and how normals decide what a surface is good for."""
+
+    meshes: tuple[MeshText, ...] = ()
+    surfaces: tuple[SurfaceText, ...] = ()
+    classification: Classification = Classification()
+
+
+class Scenario(Record):
+    """A scenario as its file says it."""
+
+    name: str
+    robot: str
+    environment: EnvironmentText
+    request: RequestText
+    options: PlannerOptions = PlannerOptions()
+    robots: dict[str, RobotChanges] = {}
+
+    def request_for(
+        self, robot: Robot, seed: int = 0, robustness_threshold: float | None = None
+    ) -> PlanRequest:
+        """The request for a robot, which need not be the scenario's own.
+
+        Args:
+            seed: of everything random. robustness_threshold: newtons, instead of the file's.
+
+        Raises:
+            InvalidInput: a limb that the robot does not have, empty bounds, a bad quaternion.
+        """
+        text = self.request_text(robot.name)
+        if robustness_threshold is None:
+            robustness_threshold = text.robustness_threshold
+        return PlanRequest(
+            start=_placement(text.start, "request.start"),
+            goal=_placement(text.goal, "request.goal"),
+            bounds=_bounds(text.bounds),
+            required=_limbs(robot, text.required, "request.required"),
+            start_limbs=_limbs(robot, text.start_limbs, "request.start_limbs"),
+            robustness_threshold=finite_number("robustness_threshold", robustness_threshold),
+            seed=seed,
+            options=self.options,
+        )
+
+    def request_text(self, robot: str) -> RequestText:
+        """The request as the file says it for a robot."""
+        changes = self.robots.get(robot)
+        changed: dict[str, Any] = {}
+        if changes is not None:
+            changed = {k: getattr(changes, k) for k in changes.model_fields_set}
+        return self.request.model_copy(update=changed)
+
+    def environment_entry(self) -> EnvironmentEntry:
+        """The environment as the plan file names it."""
+        text = self.environment
+        return EnvironmentEntry(name=self.name, meshes=text.meshes, surfaces=text.surfaces)
+
+    def scene(self) -> Scene:
+        """The environment read and cut into surfaces."""
+        return load_scene(self.environment_entry(), self.environment.classification)
+
+
+def known_scenarios() -> dict[str, Path]:
+    """Names of the scenarios that come with the package, and their files."""
+    return known_files("rbprm_core", "scenarios")
+
+
+def load_scenario(scenario: str) -> Scenario:
+    """A scenario by a known name or by the path of a file.
+
+    Raises:
+        InvalidInput: unknown scenario, unreadable file, or a field at fault.
+    """
+    return parse_record(Scenario, read_toml(scenario, known_scenarios(), "scenario"), "scenario")
+
+
+def _placement(text: PoseText, field: str) -> Placement:
+    return Placement.parse(text.position, text.orientation, field)
+
+
+def _bounds(text: BoundsText) -> RootBounds:
+    for axis in ("x", "y", "z"):
+        low, high = getattr(text, axis)
+        if low > high:
+            reason = "is empty: the first is over the second"
+            raise InvalidInput(f"request.bounds.{axis}", [low, high], reason)
+    box = np.array([text.x, text.y, text.z])
+    return RootBounds(box[:, 0], box[:, 1], np.array([text.yaw, text.pitch, text.roll]))
+
+
+def _limbs(robot: Robot, names: tuple[str, ...] | None, field: str) -> tuple[str, ...]:
+    """Names of limbs, all of the robot's where none are given."""
+    known = tuple(limb.name for limb in robot.limbs)
+    return known if names is None else tuple(one_of(field, name, known) for name in names)

@@ -1,0 +1,15 @@
+"""The environment: contact surfaces and obstacles."""
+
+from rbprm_core.scene.mesh import MeshSource, read_triangles, surfaces_of_mesh
+from rbprm_core.scene.scene import Scene
+from rbprm_core.scene.surface import Classification, Surface, make_surface
+
+__all__ = [
+    "Classification",
+    "MeshSource",
+    "Scene",
+    "Surface",
+    "make_surface",
+    "read_triangles",
+    "surfaces_of_mesh",
+]

@@ -1,0 +1,118 @@
+"""Environment meshes: files to triangles, triangles to contact surfaces."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+import trimesh
+from numpy.typing import NDArray
+
+from rbprm_core.errors import InvalidInput
+from rbprm_core.resources import find_resource
+from rbprm_core.scene.polygon import plane_of, polygon_of_shape
+from rbprm_core.scene.surface import Classification, Surface
+
+Array = NDArray[np.float64]
+
+ID_GRID = 1e-4  # metres; geometry that agrees to this gets the same id
+SEAM = 1e-6  # metres; vertices closer than this are one
+
+
+@dataclass(frozen=True, eq=False)
+class MeshSource:
+    """A mesh file and where it stands.
+
+    Attributes:
+        file: relative to a `share` folder, or absolute.
+        translation: (3,) metres. rotation: (3, 3). friction: of all its surfaces.
+    """
+
+    file: str
+    translation: Array
+    rotation: Array
+    friction: float = 0.5
+
+
+def read_triangles(source: MeshSource, field: str = "mesh") -> Array:
+    """Triangles (n, 3, 3) of a mesh file in the planning frame, metres.
+
+    Raises:
+        InvalidInput: absent, truncated, no mesh, empty, or not finite.
+    """
+    path = find_resource(source.file, f"{field}.file")
+    try:
+        mesh = trimesh.load_mesh(str(path), process=False)
+        triangles = np.asarray(mesh.triangles, dtype=float)
+    except Exception as error:  # the readers of the many formats raise what they like
+        reason = f"cannot be read as a mesh: {type(error).__name__}: {error}"
+        raise InvalidInput(f"{field}.file", source.file, reason) from error
+    if len(triangles) == 0:
+        raise InvalidInput(f"{field}.file", source.file, "has no triangles")
+    if not np.isfinite(triangles).all():
+        raise InvalidInput(f"{field}.file", source.file, "has coordinates that are not finite")
+    return np.asarray(triangles @ source.rotation.T + source.translation)
+
+
+def surfaces_of_mesh(
+    triangles: Array, friction: float, classification: Classification
+) -> list[Surface]:
+    """Contact surfaces of a mesh: neighbouring coplanar facets merged, in a stable order.
+
+    Args:
+        triangles: (n, 3, 3); the winding gives the outward normals, whatever the file claims.
+
+    Returns:
+        Surfaces of every kind, sorted by id; the id depends on the surface's own geometry alone,
+        so that editing one part of a mesh renames nothing elsewhere.
+    """
+    vertices, faces = _indexed(triangles)
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    mesh.update_faces(mesh.area_faces > 0)
+    grouped = [np.asarray(facet) for facet in mesh.facets]
+    alone = np.setdiff1d(np.arange(len(mesh.faces)), np.concatenate(grouped) if grouped else [])
+    surfaces: dict[str, Surface] = {}
+    for facet in (*grouped, *alone[:, None]):
+        for surface in _merge(mesh, facet, friction, classification):
+            surfaces.setdefault(surface.id, surface)  # twice the same facet is one surface
+    return [surfaces[identity] for identity in sorted(surfaces)]
+
+
+def _indexed(triangles: Array) -> tuple[Array, NDArray[np.int_]]:
+    """Vertices and faces with vertices closer than the seam merged."""
+    corners = triangles.reshape(-1, 3)
+    _, first, inverse = np.unique(
+        np.round(corners / SEAM).astype(np.int64), axis=0, return_index=True, return_inverse=True
+    )
+    return corners[first], inverse.reshape(-1, 3)
+
+
+def _merge(
+    mesh: trimesh.Trimesh, facet: NDArray[np.int_], friction: float, rule: Classification
+) -> list[Surface]:
+    """The planar region of some neighbouring coplanar faces, in one or more polygons."""
+    weights = mesh.area_faces[facet]
+    normal = weights @ mesh.face_normals[facet]
+    normal /= np.linalg.norm(normal)
+    plane = plane_of(weights @ mesh.triangles_center[facet] / weights.sum(), normal)
+    parts = [shapely.Polygon(plane.flatten(mesh.triangles[i])) for i in facet]
+    region = shapely.unary_union(parts, grid_size=SEAM).simplify(SEAM)
+    shapes = region.geoms if isinstance(region, shapely.MultiPolygon) else [region]
+    surfaces = []
+    for shape in shapes:
+        if shape.is_empty or not shape.is_valid or shape.area <= 0:
+            continue
+        polygon = polygon_of_shape(shapely.geometry.polygon.orient(shape), plane)
+        kind = rule.kind(normal, polygon.area)
+        identity = f"{kind}_{_digest(polygon.boundary, normal)}"
+        surfaces.append(Surface(identity, polygon, friction, kind))
+    return surfaces
+
+
+def _digest(boundary: Array, normal: Array) -> str:
+    """Short name of a polygon's geometry, whichever vertex its boundary starts with."""
+    grid = np.round(np.vstack([np.unique(boundary, axis=0), normal]) / ID_GRID).astype(np.int64)
+    rows = grid[np.lexsort(grid.T)]
+    return hashlib.blake2s(rows.tobytes(), digest_size=4).hexdigest()

@@ -1,0 +1,205 @@
+"""Planar polygons in space: their plane, their validity and their convex pieces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import mapbox_earcut
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike, NDArray
+
+from rbprm_core.errors import InvalidInput
+from rbprm_core.validation import finite_array
+
+Array = NDArray[np.float64]
+Indices = tuple[int, ...]
+
+PLANAR_TOLERANCE = 2e-3  # metres; below the bound on contact placement that a plan is held to
+SAME_POINT = 1e-9  # metres
+LEAST_AREA = 1e-8  # square metres
+STRAIGHT = 1e-9  # sine of the angle below which two edges count as one line
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """A plane with a frame in it: columns of `axes` (3, 2) span it, `normal` (3,) is outward."""
+
+    origin: Array
+    axes: Array
+    normal: Array
+
+    def flatten(self, points: Array) -> Array:
+        """Coordinates (n, 2) in the plane of points (n, 3)."""
+        return np.asarray((points - self.origin) @ self.axes)
+
+    def lift(self, points: Array) -> Array:
+        """Points (n, 3) in space of coordinates (n, 2) in the plane."""
+        return np.asarray(self.origin + points @ self.axes.T)
+
+
+@dataclass(frozen=True, eq=False)
+class Polygon:
+    """A valid planar polygon.
+
+    Attributes:
+        plane: that holds it.
+        boundary: (v, 3) vertices, counter-clockwise seen from outside.
+        holes: each (h, 3) vertices, clockwise.
+        pieces: convex parts, each (m, 3), counter-clockwise.
+        outer_edges: for each piece (m,) bool, True where the edge from vertex i to i + 1 lies on
+            the polygon's boundary and False where it is shared with another piece.
+        area: in square metres.
+    """
+
+    plane: Plane
+    boundary: Array
+    holes: tuple[Array, ...]
+    pieces: tuple[Array, ...]
+    outer_edges: tuple[NDArray[np.bool_], ...]
+    area: float
+
+
+def make_polygon(
+    vertices: ArrayLike, holes: tuple[ArrayLike, ...] = (), field: str = "vertices"
+) -> Polygon:
+    """Validate a polygon and cut it into convex pieces.
+
+    Args:
+        vertices: (v, 3) boundary; its winding gives the outward normal (right-hand rule).
+        holes: each (h, 3), any winding.
+        field: name of the boundary in errors.
+
+    Raises:
+        InvalidInput: not finite, fewer than three distinct points, zero area, not planar,
+            self-intersecting, or a hole outside.
+    """
+    boundary = _distinct(finite_array(field, vertices, (-1, 3)), field)
+    rings = tuple(
+        _distinct(finite_array(f"{field}.holes.{i}", h, (-1, 3)), f"{field}.holes.{i}")
+        for i, h in enumerate(holes)
+    )
+    plane = _plane(boundary, field)
+    for ring in (boundary, *rings):
+        off = np.abs((ring - plane.origin) @ plane.normal).max()
+        if off > PLANAR_TOLERANCE:
+            reason = f"is not planar: a vertex is {off:.4g} m off (at most {PLANAR_TOLERANCE:g} m)"
+            raise InvalidInput(field, vertices, reason)
+    flat = shapely.Polygon(plane.flatten(boundary), [plane.flatten(ring) for ring in rings])
+    if not flat.is_valid:
+        reason = f"is not a simple polygon: {shapely.is_valid_reason(flat)} (in its plane)"
+        raise InvalidInput(field, vertices, reason)
+    return polygon_of_shape(shapely.geometry.polygon.orient(flat), plane)
+
+
+def polygon_of_shape(flat: shapely.Polygon, plane: Plane) -> Polygon:
+    """A polygon from a valid shape in a plane's coordinates, its shell counter-clockwise."""
+    shell = np.asarray(flat.exterior.coords)[:-1]
+    rings = [np.asarray(ring.coords)[:-1] for ring in flat.interiors]
+    points = np.vstack([shell, *rings])
+    ends = np.cumsum([len(shell), *(len(ring) for ring in rings)]).astype(np.uint32)
+    triangles = mapbox_earcut.triangulate_float64(points, ends).reshape(-1, 3).astype(int)
+    parts = convex_parts(points, triangles)
+    lifted = plane.lift(points)
+    border = set(_ring_edges(0, len(shell)))
+    for start, end in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
+        border.update(_ring_edges(start, end))
+    return Polygon(
+        plane=plane,
+        boundary=plane.lift(shell),
+        holes=tuple(plane.lift(ring) for ring in rings),
+        pieces=tuple(lifted[list(part)] for part in parts),
+        outer_edges=tuple(
+            np.array([edge in border for edge in zip(part, _next(part), strict=True)])
+            for part in parts
+        ),
+        area=float(flat.area),
+    )
+
+
+def convex_parts(points: Array, triangles: NDArray[np.int_]) -> list[Indices]:
+    """Merge triangles into convex polygons across shared edges (Hertel and Mehlhorn, 1983).
+
+    Args:
+        points: (n, 2) vertices. triangles: (t, 3) indices.
+
+    Returns:
+        Vertex indices of each part, counter-clockwise; at most four times the fewest possible.
+    """
+    parts: dict[int, Indices] = {}
+    edges: dict[tuple[int, int], int] = {}
+    for k, (a, b, c) in enumerate(triangles.tolist()):
+        turn = _cross(points[b] - points[a], points[c] - points[b])
+        parts[k] = (a, b, c) if turn > 0 else (a, c, b)
+        edges.update(dict.fromkeys(zip(parts[k], _next(parts[k]), strict=True), k))
+    for a, b in list(edges):
+        left, right = edges.get((a, b)), edges.get((b, a))
+        if left is None or right is None or left == right:
+            continue
+        merged = _joined(parts[left], parts[right], a, b)
+        if _is_convex(points, merged):
+            parts[left] = merged
+            del parts[right], edges[a, b], edges[b, a]
+            edges.update(dict.fromkeys(zip(merged, _next(merged), strict=True), left))
+    return list(parts.values())
+
+
+def _joined(left: Indices, right: Indices, a: int, b: int) -> Indices:
+    """One ring from two that share the edge a-b of `left` (b-a of `right`)."""
+    at_b, at_a = left.index(b), right.index(a)
+    around_left = left[at_b:] + left[:at_b]  # b … a
+    around_right = right[at_a:] + right[:at_a]  # a … b
+    return around_left + around_right[1:-1]
+
+
+def _is_convex(points: Array, ring: Indices) -> bool:
+    corner = points[list(ring)]
+    edge = np.roll(corner, -1, axis=0) - corner
+    after = np.roll(edge, -1, axis=0)
+    turn = edge[:, 0] * after[:, 1] - edge[:, 1] * after[:, 0]
+    scale = np.linalg.norm(edge, axis=1) * np.linalg.norm(after, axis=1)
+    return bool((turn >= -STRAIGHT * scale).all())
+
+
+def _ring_edges(start: int, end: int) -> Iterator[tuple[int, int]]:
+    """Edges of the ring of vertices start, …, end - 1."""
+    for i in range(start, end):
+        yield i, i + 1 if i + 1 < end else start
+
+
+def _next(ring: Indices) -> Indices:
+    return ring[1:] + ring[:1]
+
+
+def _cross(a: Array, b: Array) -> float:
+    return float(a[0] * b[1] - a[1] * b[0])
+
+
+def _distinct(ring: Array, field: str) -> Array:
+    """The ring without repeated neighbours."""
+    if len(ring):
+        ring = ring[np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1) > SAME_POINT]
+    if len(np.unique(ring, axis=0)) < 3:
+        raise InvalidInput(field, ring.tolist(), "needs at least three distinct points")
+    return ring
+
+
+def _plane(ring: Array, field: str) -> Plane:
+    """Plane through a ring: Newell's normal, which the winding orients."""
+    origin = ring.mean(axis=0)
+    arms = ring - origin
+    area = np.cross(arms, np.roll(arms, -1, axis=0)).sum(axis=0) / 2
+    size = float(np.linalg.norm(area))
+    if size < LEAST_AREA:
+        reason = f"has no area ({size:.3g} m^2): its points lie on a line or its loops cancel"
+        raise InvalidInput(field, ring.tolist(), reason)
+    return plane_of(origin, area / size)
+
+
+def plane_of(origin: Array, normal: Array) -> Plane:
+    """The plane through a point with a unit normal."""
+    helper = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    first = np.cross(helper, normal)
+    first /= np.linalg.norm(first)
+    return Plane(origin, np.column_stack([first, np.cross(normal, first)]), normal)

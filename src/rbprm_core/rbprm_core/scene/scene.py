@@ -1,0 +1,189 @@
+"""The scene: contact surfaces and obstacles, held as arrays for queries on many points at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import coal
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from rbprm_core.errors import InvalidInput
+from rbprm_core.scene.surface import Surface
+from rbprm_core.vocabulary import SurfaceKind
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Convex pieces of surfaces as arrays; p pieces, e edges at most.
+
+    Attributes:
+        surface: (p,) index of the surface of each piece.
+        normals: (p, 3) outward. offsets: (p,) with n . x = offset on the plane.
+        edge_normals: (p, e, 3) inward, in the plane; edge_offsets: (p, e): inside where
+            edge_normal . x >= offset. Missing edges are zero with offset minus infinity.
+        outer: (p, e) True where the edge lies on the surface's boundary.
+        low, high: (p, 3) bounding boxes.
+    """
+
+    surface: NDArray[np.int_]
+    normals: Array
+    offsets: Array
+    edge_normals: Array
+    edge_offsets: Array
+    outer: NDArray[np.bool_]
+    low: Array
+    high: Array
+
+
+class Scene:
+    """Contact surfaces and obstacles; never changed, an edit makes a new one.
+
+    Args:
+        surfaces: with unique ids.
+        obstacles: (n, 3, 3) triangles of obstacles that are no contact surfaces.
+
+    Raises:
+        InvalidInput: two surfaces of the same id, or nothing at all.
+    """
+
+    def __init__(self, surfaces: Iterable[Surface], obstacles: Array | None = None) -> None:
+        self.surfaces = tuple(surfaces)
+        self._obstacles = np.zeros((0, 3, 3)) if obstacles is None else obstacles
+        self.index = {surface.id: i for i, surface in enumerate(self.surfaces)}
+        if len(self.index) != len(self.surfaces):
+            ids = [surface.id for surface in self.surfaces]
+            twice = next(i for i in ids if ids.count(i) > 1)
+            raise InvalidInput("surfaces", twice, "two surfaces have this id")
+        if not self.surfaces and not len(self._obstacles):
+            raise InvalidInput("environment", "empty", "has neither surfaces nor meshes")
+
+    def edited(self, changed: Iterable[Surface] = (), removed: Iterable[str] = ()) -> Scene:
+        """The scene with surfaces added (new id), modified (known id) or removed.
+
+        Raises:
+            InvalidInput: a removed id that is not there.
+        """
+        kept = {surface.id: surface for surface in self.surfaces}
+        for identity in removed:
+            if kept.pop(identity, None) is None:
+                raise InvalidInput("removed", identity, "no surface has this id")
+        kept.update({surface.id: surface for surface in changed})
+        return Scene(kept.values(), self._obstacles)
+
+    @cached_property
+    def triangles(self) -> Array:
+        """Triangles (n, 3, 3) of everything that can be hit: obstacles and surfaces."""
+        fans = [_fan(piece) for s in self.surfaces for piece in s.polygon.pieces]
+        return np.concatenate([self._obstacles, *fans])
+
+    @cached_property
+    def shape(self) -> coal.BVHModelOBBRSS:
+        """Everything that can be hit, as one coal mesh."""
+        return mesh_shape(self.triangles)
+
+    def surfaces_shape(self, kinds: tuple[SurfaceKind, ...]) -> coal.BVHModelOBBRSS | None:
+        """The surfaces of some kinds as one coal mesh; None where there is none."""
+        fans = [_fan(p) for s in self.surfaces if s.kind in kinds for p in s.polygon.pieces]
+        return mesh_shape(np.concatenate(fans)) if fans else None
+
+    def pieces(self, kinds: tuple[SurfaceKind, ...]) -> Pieces:
+        """The convex pieces of the surfaces of some kinds."""
+        chosen = [
+            (i, piece, outer)
+            for i, surface in enumerate(self.surfaces)
+            if surface.kind in kinds
+            for piece, outer in zip(
+                surface.polygon.pieces, surface.polygon.outer_edges, strict=True
+            )
+        ]
+        return _stack(self.surfaces, chosen)
+
+    def encloses(self, point: Array) -> bool:
+        """True where a point (3,) lies inside a closed part of the scene."""
+        solid = _solid_angles(self.triangles - point)
+        totals = np.bincount(self._components, weights=solid)
+        # A closed part around the point turns once (1); an open one, such as the ground, at most
+        # half a turn.
+        return bool((np.abs(totals) > 0.75).any())
+
+    @cached_property
+    def _components(self) -> NDArray[np.int_]:
+        """(n,) label of the connected part that each triangle belongs to."""
+        corners = np.round(self.triangles.reshape(-1, 3) / 1e-6).astype(np.int64)
+        _, vertex = np.unique(corners, axis=0, return_inverse=True)
+        return _labels(vertex.reshape(-1, 3))
+
+
+def mesh_shape(triangles: Array) -> coal.BVHModelOBBRSS:
+    """Triangles (n, 3, 3) as a coal mesh."""
+    shape = coal.BVHModelOBBRSS()
+    shape.beginModel(len(triangles), 3 * len(triangles))
+    shape.addVertices(np.ascontiguousarray(triangles.reshape(-1, 3)))
+    shape.addTriangles(np.arange(3 * len(triangles), dtype=np.int64).reshape(-1, 3))
+    shape.endModel()
+    return shape
+
+
+def _fan(piece: Array) -> Array:
+    """Triangles (m - 2, 3, 3) of a convex polygon (m, 3)."""
+    count = len(piece) - 2
+    return np.stack([np.repeat(piece[:1], count, axis=0), piece[1:-1], piece[2:]], axis=1)
+
+
+def _stack(
+    surfaces: tuple[Surface, ...], chosen: list[tuple[int, Array, NDArray[np.bool_]]]
+) -> Pieces:
+    count = len(chosen)
+    edges = max((len(piece) for _, piece, _ in chosen), default=0)
+    normals = np.array([surfaces[i].normal for i, _, _ in chosen]).reshape(count, 3)
+    edge_normals = np.zeros((count, edges, 3))
+    edge_offsets = np.full((count, edges), -np.inf)
+    outer = np.zeros((count, edges), dtype=bool)
+    low, high = np.zeros((count, 3)), np.zeros((count, 3))
+    for k, (_, piece, is_outer) in enumerate(chosen):
+        along = np.roll(piece, -1, axis=0) - piece
+        inward = np.cross(normals[k], along)
+        inward /= np.linalg.norm(inward, axis=1)[:, None]
+        edge_normals[k, : len(piece)] = inward
+        edge_offsets[k, : len(piece)] = (inward * piece).sum(axis=1)
+        outer[k, : len(piece)] = is_outer
+        low[k], high[k] = piece.min(axis=0), piece.max(axis=0)
+    return Pieces(
+        surface=np.array([i for i, _, _ in chosen], dtype=int),
+        normals=normals,
+        offsets=np.array([n @ p[0] for n, (_, p, _) in zip(normals, chosen, strict=True)]),
+        edge_normals=edge_normals,
+        edge_offsets=edge_offsets,
+        outer=outer,
+        low=low,
+        high=high,
+    )
+
+
+def _solid_angles(triangles: Array) -> Array:
+    """Share of a full turn (n,) that triangles (n, 3, 3) cover seen from the origin.
+
+    Van Oosterom and Strackee (1983): tan(omega / 2) from the corners' directions.
+    """
+    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    top = np.einsum("ij,ij->i", a, np.cross(b, c))
+    dots = [np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a))]
+    bottom = la * lb * lc + dots[0] * lc + dots[1] * la + dots[2] * lb
+    return np.asarray(np.arctan2(top, bottom) / (2 * np.pi))
+
+
+def _labels(faces: NDArray[np.int_]) -> NDArray[np.int_]:
+    """Component label (n,) of each face (n, 3): faces that share a vertex are connected."""
+    size = int(faces.max()) + 1 if len(faces) else 0
+    rows, columns = faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel()
+    graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(size, size))
+    _, labels = connected_components(graph, directed=False)
+    return np.asarray(labels[faces[:, 0]]) if len(faces) else np.zeros(0, dtype=int)

@@ -1,0 +1,78 @@
+"""A contact surface: a planar polygon with an outward normal, friction, a kind and an id."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rbprm_core.scene.polygon import Polygon, make_polygon
+from rbprm_core.validation import finite_number
+from rbprm_core.vocabulary import SurfaceKind
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Classification:
+    """How a normal n decides what a surface is good for; z is up.
+
+    Attributes:
+        support: Support where ||z - n||^2 is less than this.
+        lean: Lean where |n . z| is less than this.
+        least_area: smaller surfaces are obstacles only, square metres.
+    """
+
+    support: float = 0.3
+    lean: float = 0.1
+    least_area: float = 0.002
+
+    def kind(self, normal: Array, area: float) -> SurfaceKind:
+        """Kind of a surface with a unit normal (3,) and an area."""
+        if area < self.least_area:
+            return SurfaceKind.OTHER
+        if 2 - 2 * normal[2] < self.support:  # ||z - n||^2 of two unit vectors
+            return SurfaceKind.SUPPORT
+        if abs(normal[2]) < self.lean:
+            return SurfaceKind.LEAN
+        return SurfaceKind.OTHER
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A contact surface; everything in the planning frame."""
+
+    id: str
+    polygon: Polygon
+    friction: float
+    kind: SurfaceKind
+
+    @property
+    def normal(self) -> Array:
+        """Outward unit normal (3,)."""
+        return self.polygon.plane.normal
+
+
+def make_surface(
+    identity: str,
+    vertices: ArrayLike,
+    friction: float,
+    holes: tuple[ArrayLike, ...] = (),
+    classification: Classification = Classification(),
+    field: str = "surface",
+) -> Surface:
+    """A surface from a polygon given directly.
+
+    Args:
+        identity: unique id. vertices: (v, 3), counter-clockwise seen from outside, metres.
+        friction: coefficient of Coulomb friction, at least 0. holes: each (h, 3).
+        field: name of the surface in errors.
+
+    Raises:
+        InvalidInput: see `make_polygon`; negative or non-finite friction; empty id.
+    """
+    friction = finite_number(f"{field}.friction", friction, low=0.0)
+    polygon = make_polygon(vertices, holes, f"{field}.vertices")
+    kind = classification.kind(polygon.plane.normal, polygon.area)
+    return Surface(identity, polygon, friction, kind)

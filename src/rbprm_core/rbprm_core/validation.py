@@ -1,0 +1,75 @@
+"""Checks of values from outside: each error names the field and its value."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from rbprm_core.errors import InvalidInput
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+class Record(BaseModel):
+    """A frozen record read from a file; unknown keys are errors, since they are mostly typos."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+def parse_record(kind: type[Model], data: object, prefix: str = "") -> Model:
+    """Build a record, turning the first failure into an `InvalidInput` that names its field."""
+    try:
+        return kind.model_validate(data)
+    except ValidationError as error:
+        first = error.errors()[0]
+        path = ".".join(str(part) for part in first["loc"])
+        field = ".".join(part for part in (prefix, path) if part) or kind.__name__
+        raise InvalidInput(field, first["input"], first["msg"]) from error
+
+
+def finite_array(field: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Array of floats of a shape (-1 for any length) with every entry finite.
+
+    Raises:
+        InvalidInput: other shape, not numbers, NaN or infinity.
+    """
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(field, value, "must be an array of numbers") from error
+    fits = array.ndim == len(shape) and all(
+        want in (-1, have) for want, have in zip(shape, array.shape, strict=True)
+    )
+    if not fits:
+        wanted = " x ".join("n" if n < 0 else str(n) for n in shape)
+        raise InvalidInput(field, value, f"must have shape {wanted}, has {array.shape}")
+    if not np.isfinite(array).all():
+        raise InvalidInput(field, value, "must be finite")
+    return array
+
+
+def finite_number(field: str, value: Any, low: float = -np.inf, high: float = np.inf) -> float:
+    """Finite number within closed bounds.
+
+    Raises:
+        InvalidInput: not a number, not finite or out of bounds.
+    """
+    number = float(finite_array(field, value, ()))
+    if not low <= number <= high:
+        raise InvalidInput(field, value, f"must lie in [{low:g}, {high:g}]")
+    return number
+
+
+def one_of(field: str, value: str, known: Sequence[str]) -> str:
+    """A known name.
+
+    Raises:
+        InvalidInput: unknown; the text lists what is known.
+    """
+    if value not in known:
+        raise InvalidInput(field, value, f"unknown; known are {', '.join(known) or 'none'}")
+    return value
