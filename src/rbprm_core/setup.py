@@ -13,7 +13,9 @@ setup(
     maintainer_email="maintainers@users.noreply.h-seed-f332d016.example",
     python_requires=">=3.11",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={NAME: ["py.typed", "robot/descriptions/*.toml", "scenarios/*.toml"]},
+    package_data={
+        NAME: ["py.typed", "robot/descriptions/*.toml", "scenarios/*.toml", "view/*.html"]
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
@@ -34,7 +36,7 @@ setup(
         "platformdirs>=4,<5",  # where the cache lives
         "click>=8.1,<9",  # command line
         "rich>=13,<16",  # progress bars and tables
-        "k3d>=2.16,<4",  # the self-contained 3-D page
+        "k3d>=3.2,<4",  # the self-contained 3-D page
         "matplotlib>=3.8,<4",  # the picture
     ],
     extras_require={"test": ["pytest"]},

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import NDArray
 
 from rbprm_core.budget import Budget
@@ -16,6 +15,7 @@ from rbprm_core.errors import GoalUnreachable, NoSequenceFound, RbprmError, Star
 from rbprm_core.guide import GuidePath, Reachability, RootSpace, plan_rrt, shorten
 from rbprm_core.guide.rrt import Edge
 from rbprm_core.guide.sampler import RootSampler
+from rbprm_core.guide.settle import Settler
 from rbprm_core.placement import Placement
 from rbprm_core.plan import Statistics
 from rbprm_core.request import PlanRequest
@@ -69,8 +69,8 @@ class _Planning:
         self._start = _root(robot.reference[joints], request.start)
         self._goal = _root(robot.reference[joints], request.goal)
         self._reachability = Reachability(data, scene, request.required)
-        height = reference_height(data)
-        self._sampler = RootSampler(self._space, scene, self._reachability, height)
+        self._sampler = RootSampler(self._space, scene, self._reachability, data.height)
+        self._settler = Settler(data, scene, request.required)
         self._generator = ContactGenerator(
             data, scene, request.gravity, request.robustness_threshold, request.options.generator
         )
@@ -119,7 +119,8 @@ class _Planning:
         self._guides += 1
         edge = Edge(self._space, self._reachability, options.rrt)
         with _Clock(self._seconds, "shortcut"):
-            return shorten(path, edge, options.shortcuts, self._budget, self._rng)
+            path = shorten(path, edge, options.shortcuts, self._budget, self._rng)
+            return self._settler.settle(path, edge, self._budget) if options.settle else path
 
     def _sequence(self, guide: GuidePath, first: State) -> list[State]:
         """P2 along a guide."""
@@ -158,14 +159,6 @@ class _Clock:
 
 def _root(joints: Array, placement: Placement) -> Array:
     return np.concatenate([placement.position, placement.orientation, joints])
-
-
-def reference_height(data: RobotData) -> float:
-    """Height of the root over its lowest effectors in the reference posture, metres."""
-    robot = data.robot
-    scratch = robot.model.createData()
-    pin.framesForwardKinematics(robot.model, scratch, robot.reference)
-    return float(max(-scratch.oMf[limb.frame].translation[2] for limb in robot.limbs))
 
 
 def _version(name: str) -> str:

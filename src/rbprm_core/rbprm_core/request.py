@@ -26,11 +26,13 @@ class PlannerOptions:
 
     Attributes:
         shortcuts: random shortcuts tried on a guide.
+        settle: move the guide's roots towards the reference posture's height over the surfaces.
         guides: guides tried before the request is given up.
     """
 
     rrt: RrtOptions = field(default_factory=RrtOptions)
     shortcuts: Annotated[int, Field(ge=0)] = 100
+    settle: bool = True
     guides: Annotated[int, Field(ge=1)] = 20
     generator: GeneratorOptions = field(default_factory=GeneratorOptions)
     sequence: SequenceOptions = field(default_factory=SequenceOptions)

@@ -7,7 +7,6 @@ from pathlib import Path
 import click
 
 from rbprm_core.plan import ContactPlan
-from rbprm_core.view import write_page, write_picture
 
 
 @click.command()
@@ -16,6 +15,10 @@ from rbprm_core.view import write_page, write_picture
 @click.option("--picture", type=click.Path(dir_okay=False, path_type=Path), help="PNG to write.")
 def view(file: Path, out: Path | None, picture: Path | None) -> None:
     """Write a self-contained HTML page that shows the plan in FILE in 3-D."""
+    # Imported here: k3d and matplotlib take a second that the other commands need not wait for.
+    from rbprm_core.view.page import write_page
+    from rbprm_core.view.picture import write_picture
+
     result = ContactPlan.read(file)
     page = out or file.with_suffix(".html")
     write_page(result, page)

@@ -10,13 +10,11 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 from pydantic import Field
-from scipy.spatial import ConvexHull
 
 from rbprm_core.contacts.collision import CollisionModel
 from rbprm_core.contacts.heuristics import Candidates, check_names, rank
 from rbprm_core.contacts.look_ahead import LookAhead
 from rbprm_core.contacts.projection import project
-from rbprm_core.contacts.samples import LimbDatabase
 from rbprm_core.contacts.state import Contact, State
 from rbprm_core.contacts.tally import Tally
 from rbprm_core.robot.data import RobotData
@@ -34,12 +32,15 @@ class GeneratorOptions:
         band: samples farther than this from a surface are no candidates, metres.
         edge_margin: least distance of a contact from its surface's boundary, metres.
         candidates: most candidates that are projected for one contact.
+        spacing: of the candidates on a surface, metres; of those that are nearer to each other
+            only the best is tried, since what blocks one mostly blocks the other.
         move: a new contact nearer than this to the one it replaces is no move, metres.
     """
 
     band: Annotated[float, Field(gt=0)] = 0.04
     edge_margin: Annotated[float, Field(ge=0)] = 0.01
     candidates: Annotated[int, Field(ge=1)] = 60
+    spacing: Annotated[float, Field(gt=0)] = 0.04
     move: Annotated[float, Field(ge=0.002)] = 0.02
 
 
@@ -66,8 +67,7 @@ class ContactGenerator:
         self.collision = CollisionModel(data, scene)
         self._gravity, self._mass = gravity, data.robot.mass
         self._data = self.robot.model.createData()
-        self._databases = [LimbDatabase(samples) for samples in data.samples]
-        self._faces = [ConvexHull(corners).equations for corners in data.workspaces]
+        self._databases, self._faces = data.databases, data.faces
         self._pieces = [scene.pieces(limb.surfaces) for limb in self.robot.limbs]
         for limb in self.robot.limbs:
             check_names(limb.heuristics, f"limbs.{limb.name}.heuristics")
@@ -219,20 +219,29 @@ class ContactGenerator:
         ahead: LookAhead,
     ) -> NDArray[np.int_]:
         """Order of the candidates, best first."""
-        database, scene = self._databases[limb], self.scene
-        surfaces = self._pieces[limb].surface[pieces]
-        friction = np.array([scene.surfaces[i].friction for i in surfaces])
+        database = self._databases[limb]
         candidates = Candidates(
             grams=database.grams[samples],
             manipulability=database.manipulability[samples],
             normals=self._pieces[limb].normals[pieces] @ rotation,
-            friction=friction,
+            friction=self._pieces[limb].friction[pieces],
+            centers=targets,
+            nominal=rotation.T @ (self._nominal(limb, ahead) - translation),
             direction=rotation.T @ ahead.direction,
             persistence=lambda: self._persistence(
                 limb, targets @ rotation.T + translation, ahead.roots
             ),
         )
-        return rank(candidates, self.robot.limbs[limb].heuristics)
+        order = rank(candidates, self.robot.limbs[limb].heuristics)
+        return order[_first_of_each(np.floor(targets[order] / self.options.spacing), pieces[order])]
+
+    def _nominal(self, limb: int, ahead: LookAhead) -> Array:
+        """Contact centre (3,) in the reference posture, the root in the middle of the way ahead."""
+        q = self.robot.reference.copy()
+        q[self.robot.root_index] = ahead.middle
+        pin.framesForwardKinematics(self.robot.model, self._data, q)
+        this = self.robot.limbs[limb]
+        return np.asarray(self._data.oMf[this.frame].act(this.center))
 
     def _persistence(self, limb: int, centers: Array, roots: Array) -> Array:
         """Share (h,) of the roots ahead at which centres (h, 3) stay in the limb's workspace."""
@@ -262,3 +271,13 @@ class ContactGenerator:
             friction=surface.friction,
             surface=surface.id,
         )
+
+
+def _first_of_each(cells: Array, pieces: NDArray[np.int_]) -> NDArray[np.int_]:
+    """Indices of the first candidate in each cell (h, 3) of each piece (h,), in order."""
+    x, y, z = (cells - cells.min(axis=0, initial=0.0)).astype(np.int64).T
+    keys = ((x * (y.max(initial=0) + 1) + y) * (z.max(initial=0) + 1) + z) * (
+        pieces.max(initial=0) + 1
+    ) + pieces
+    _, first = np.unique(keys, return_index=True)
+    return np.sort(first)

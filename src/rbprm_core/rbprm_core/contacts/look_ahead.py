@@ -15,14 +15,21 @@ class LookAhead:
     """Roots ahead and the direction of motion.
 
     Attributes:
-        roots: (h, 7 + j) root configurations, nearest first; h may be 0.
+        root: (7 + j,) the root configuration now.
+        roots: (h, 7 + j) those that follow, nearest first; h may be 0.
         direction: (3,) unit direction of the root's motion in the world; zero where it rests.
     """
 
+    root: Array
     roots: Array
     direction: Array
 
     @staticmethod
-    def still(root_size: int) -> LookAhead:
+    def still(root: Array) -> LookAhead:
         """Nothing ahead: the root rests."""
-        return LookAhead(np.zeros((0, root_size)), np.zeros(3))
+        return LookAhead(root, np.zeros((0, len(root))), np.zeros(3))
+
+    @property
+    def middle(self) -> Array:
+        """The root configuration in the middle of the way ahead."""
+        return np.asarray(self.roots[len(self.roots) // 2] if len(self.roots) else self.root)

@@ -32,7 +32,7 @@ class SequenceOptions:
 
     step: Annotated[float, Field(gt=0)] = 0.1
     least_step: Annotated[float, Field(gt=0)] = 0.0125
-    repositions: Annotated[int, Field(ge=0)] = 8
+    repositions: Annotated[int, Field(ge=0)] = 4
     look_ahead: Annotated[float, Field(ge=0)] = 0.4
 
 
@@ -73,17 +73,17 @@ def plan_sequence(
             states.append(found)
             mark, step, tries = target, min(2 * step, options.step), 0
             continue
-        if step > options.least_step:
-            step /= 2
-            continue
         moved = walk.reposition(states[-1], mark) if tries < options.repositions else None
+        if moved is None and step > options.least_step:
+            step, tries = step / 2, 0
+            continue
         if moved is None:
             limb = generator.robot.limbs[found.limb].name if found.limb >= 0 else ""
             raise NoSequenceFound(
                 len(states) - 1, limb, found.reason, mark / guide.length, tuple(states)
             )
         states.append(moved)
-        step, tries = options.step, tries + 1
+        tries += 1
     return states
 
 
@@ -208,6 +208,7 @@ class _Walk:
         count = 8
         marks = mark + self._options.look_ahead * np.arange(1, count + 1) / count
         roots = np.array([self._guide.at(min(m, self._guide.length)) for m in marks])
-        motion = roots[-1, :3] - self._guide.at(mark)[:3]
+        now = self._guide.at(mark)
+        motion = roots[-1, :3] - now[:3]
         length = float(np.linalg.norm(motion))
-        return LookAhead(roots, motion / length if length > 0 else np.zeros(3))
+        return LookAhead(now, roots, motion / length if length > 0 else np.zeros(3))

@@ -34,7 +34,7 @@ def start_state(
     if not generator.collision.root_free(q):
         raise kind("the root part of the robot collides with the environment")
     contacts: list[Contact] = []
-    still = LookAhead.still(len(root))
+    still = LookAhead.still(root)
     for count, limb in enumerate(limbs, start=1):
         # Equilibrium is asked of the whole set only: two feet alone hold no quadruped.
         threshold = generator.threshold if count == len(limbs) else -np.inf

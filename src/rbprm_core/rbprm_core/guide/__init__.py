@@ -3,6 +3,7 @@
 from rbprm_core.guide.path import GuidePath
 from rbprm_core.guide.reachability import Reachability
 from rbprm_core.guide.rrt import RrtOptions, plan_rrt
+from rbprm_core.guide.settle import Settler
 from rbprm_core.guide.shortcut import shorten
 from rbprm_core.guide.space import RootBounds, RootSpace
 
@@ -12,6 +13,7 @@ __all__ = [
     "RootBounds",
     "RootSpace",
     "RrtOptions",
+    "Settler",
     "plan_rrt",
     "shorten",
 ]

@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 from rbprm_core.cache import Arrays, cached, key_of
 from rbprm_core.resources import find_resource
 from rbprm_core.robot.bodies import Bodies, find_exact_pairs, make_bodies
+from rbprm_core.robot.database import LimbDatabase
 from rbprm_core.robot.model import Robot
-from rbprm_core.robot.sampling import LimbSamples, sample_limb
+from rbprm_core.robot.sampling import sample_limb
 from rbprm_core.robot.volumes import reachable_workspace, trunk_volume
 
 Array = NDArray[np.float64]
@@ -29,14 +31,18 @@ class RobotData:
     Attributes:
         bodies: collision bodies. trunk: corners of the pieces of W0 in the root frame, metres.
         workspaces: per limb, the corners (v, 3) of Wk in the limb's base frame, metres.
-        samples: per limb, the sample database of section 4.1.
+        faces: per limb, the faces (f, 4) of Wk: a point x is inside where n . x + d <= 0.
+        databases: per limb, the sample database of section 4.1.
+        height: of the root over its lowest effector in the reference posture, metres.
     """
 
     robot: Robot
     bodies: Bodies
     trunk: tuple[Array, ...]
     workspaces: tuple[Array, ...]
-    samples: tuple[LimbSamples, ...]
+    faces: tuple[Array, ...]
+    databases: tuple[LimbDatabase, ...]
+    height: float
 
 
 def load_robot_data(
@@ -50,16 +56,21 @@ def load_robot_data(
     arrays = cached(f"robot-{robot.name}", _key(robot), lambda: _compute(robot, report))
     report(1.0)
     limbs = range(len(robot.limbs))
-    samples = tuple(
-        LimbSamples(*(arrays[f"{part}_{k}"] for part in ("joints", "positions", "jacobians")))  # type: ignore[arg-type]
+    workspaces = tuple(arrays[f"workspace_{k}"].astype(float) for k in limbs)
+    databases = tuple(
+        LimbDatabase(
+            *(arrays[f"{part}_{k}"].astype(float) for part in ("joints", "positions", "jacobians"))
+        )
         for k in limbs
     )
     return RobotData(
         robot=robot,
         bodies=make_bodies(robot, arrays["exact_pairs"].astype(bool)),
         trunk=tuple(trunk_volume(robot, robot.description.volumes.trunk_scale)),
-        workspaces=tuple(arrays[f"workspace_{k}"].astype(float) for k in limbs),
-        samples=samples,
+        workspaces=workspaces,
+        faces=tuple(ConvexHull(corners).equations for corners in workspaces),
+        databases=databases,
+        height=_reference_height(robot),
     )
 
 
@@ -82,6 +93,12 @@ def _compute(robot: Robot, report: Callable[[float], None]) -> Arrays:
         arrays[f"positions_{k}"] = found.positions[: limb.samples]
         arrays[f"jacobians_{k}"] = found.jacobians[: limb.samples]
     return arrays
+
+
+def _reference_height(robot: Robot) -> float:
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, robot.reference)
+    return float(max(-data.oMf[limb.frame].translation[2] for limb in robot.limbs))
 
 
 def _key(robot: Robot) -> str:

@@ -25,6 +25,7 @@ class Pieces:
 
     Attributes:
         surface: (p,) index of the surface of each piece.
+        friction: (p,) coefficients.
         normals: (p, 3) outward. offsets: (p,) with n . x = offset on the plane.
         edge_normals: (p, e, 3) inward, in the plane; edge_offsets: (p, e): inside where
             edge_normal . x >= offset. Missing edges are zero with offset minus infinity.
@@ -33,6 +34,7 @@ class Pieces:
     """
 
     surface: NDArray[np.int_]
+    friction: Array
     normals: Array
     offsets: Array
     edge_normals: Array
@@ -57,6 +59,8 @@ class Scene:
         self.surfaces = tuple(surfaces)
         self._obstacles = np.zeros((0, 3, 3)) if obstacles is None else obstacles
         self.index = {surface.id: i for i, surface in enumerate(self.surfaces)}
+        self._pieces: dict[tuple[SurfaceKind, ...], Pieces] = {}
+        self._meshes: dict[tuple[SurfaceKind, ...], coal.BVHModelOBBRSS | None] = {}
         if len(self.index) != len(self.surfaces):
             ids = [surface.id for surface in self.surfaces]
             twice = next(i for i in ids if ids.count(i) > 1)
@@ -90,11 +94,16 @@ class Scene:
 
     def surfaces_shape(self, kinds: tuple[SurfaceKind, ...]) -> coal.BVHModelOBBRSS | None:
         """The surfaces of some kinds as one coal mesh; None where there is none."""
-        fans = [_fan(p) for s in self.surfaces if s.kind in kinds for p in s.polygon.pieces]
-        return mesh_shape(np.concatenate(fans)) if fans else None
+        if kinds not in self._meshes:
+            fans = [_fan(p) for s in self.surfaces if s.kind in kinds for p in s.polygon.pieces]
+            self._meshes[kinds] = mesh_shape(np.concatenate(fans)) if fans else None
+        return self._meshes[kinds]
 
     def pieces(self, kinds: tuple[SurfaceKind, ...]) -> Pieces:
         """The convex pieces of the surfaces of some kinds."""
+        kept = self._pieces.get(kinds)
+        if kept is not None:
+            return kept
         chosen = [
             (i, piece, outer)
             for i, surface in enumerate(self.surfaces)
@@ -103,7 +112,7 @@ class Scene:
                 surface.polygon.pieces, surface.polygon.outer_edges, strict=True
             )
         ]
-        return _stack(self.surfaces, chosen)
+        return self._pieces.setdefault(kinds, _stack(self.surfaces, chosen))
 
     def encloses(self, point: Array) -> bool:
         """True where a point (3,) lies inside a closed part of the scene."""
@@ -157,6 +166,7 @@ def _stack(
         low[k], high[k] = piece.min(axis=0), piece.max(axis=0)
     return Pieces(
         surface=np.array([i for i, _, _ in chosen], dtype=int),
+        friction=np.array([surfaces[i].friction for i, _, _ in chosen]),
         normals=normals,
         offsets=np.array([n @ p[0] for n, (_, p, _) in zip(normals, chosen, strict=True)]),
         edge_normals=edge_normals,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from rbprm_core.contacts.heuristics.candidates import Candidates
 from rbprm_core.contacts.heuristics.effort import effort
 from rbprm_core.contacts.heuristics.manipulability import manipulability
+from rbprm_core.contacts.heuristics.nominal import nominal
 from rbprm_core.contacts.heuristics.persistence import persistence
 from rbprm_core.errors import InvalidInput
 
@@ -20,6 +21,7 @@ Heuristic = Callable[[Candidates], NDArray[np.float64]]
 HEURISTICS: dict[str, Heuristic] = {
     "effort": effort,
     "manipulability": manipulability,
+    "nominal": nominal,
     "persistence": persistence,
 }
 

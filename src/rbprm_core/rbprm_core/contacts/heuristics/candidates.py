@@ -19,6 +19,7 @@ class Candidates:
         grams: (m, 3, 3) J J^T of the limb configurations (section 5.2.1).
         manipulability: (m,) of the limb configurations (equation 17).
         normals: (m, 3) outward normals of the surfaces. friction: (m,) their coefficients.
+        centers: (m, 3) contact centres, metres. nominal: (3,) the centre that would suit best.
         direction: (3,) unit local direction of the root's motion; zero where it stands still.
         persistence: tells for how much of the guide ahead each candidate stays in reach, (m,).
     """
@@ -27,5 +28,7 @@ class Candidates:
     manipulability: Array
     normals: Array
     friction: Array
+    centers: Array
+    nominal: Array
     direction: Array
     persistence: Callable[[], Array]

@@ -7,8 +7,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from rbprm_core.robot.sampling import LimbSamples
-
 Array = NDArray[np.float64]
 
 CELL = 0.08  # metres; edge of a cell of the index
@@ -19,24 +17,28 @@ class LimbDatabase:
 
     A grid does the octree's work in two NumPy passes: cells near a surface, then their samples.
 
+    Args:
+        joints: (m, n) valid configurations. positions: (m, 3) effector centres in the base frame.
+        jacobians: (m, 3, n) of the centres (equation 10).
+
     Attributes:
         joints: (m, n). positions: (m, 3) in the base frame, metres.
         grams: (m, 3, 3) J J^T. manipulability: (m,) (equation 17).
     """
 
-    def __init__(self, samples: LimbSamples) -> None:
-        cell = np.floor(samples.positions / CELL).astype(np.int64)
+    def __init__(self, joints: Array, positions: Array, jacobians: Array) -> None:
+        cell = np.floor(positions / CELL).astype(np.int64)
         order = np.lexsort(cell.T)
-        self.joints = samples.joints[order]
-        self.positions = samples.positions[order]
-        jacobians = samples.jacobians[order]
+        self.joints = joints[order]
+        self.positions = positions[order]
+        jacobians = jacobians[order]
         self.grams = jacobians @ np.swapaxes(jacobians, 1, 2)
         self.manipulability = np.sqrt(np.maximum(np.linalg.det(self.grams), 0.0))
         cells, self._starts, self._counts = np.unique(
             cell[order][:, ::-1], axis=0, return_index=True, return_counts=True
         )
         # lexsort sorts by the last key first: unique's order on the reversed columns is the same.
-        self._centers = (cells[:, ::-1] + 0.5) * CELL
+        self._centers: Array = (cells[:, ::-1] + 0.5) * CELL
         self.reach = float(np.linalg.norm(self.positions, axis=1).max())
 
     def near(
@@ -71,4 +73,6 @@ class LimbDatabase:
 
 def _inside(points: Array, edge_normals: Array, edge_offsets: Array) -> NDArray[np.bool_]:
     """(h,) True where point i (h, 3) is inside all edges of its piece (h, e, 3), (h, e)."""
-    return np.asarray(((edge_normals @ points[:, :, None])[..., 0] >= edge_offsets).all(axis=1))
+    x, y, z = points[:, :1], points[:, 1:2], points[:, 2:]
+    height = edge_normals[..., 0] * x + edge_normals[..., 1] * y + edge_normals[..., 2] * z
+    return np.asarray((height >= edge_offsets).all(axis=1))
