@@ -31,6 +31,9 @@ class Progress:
     elapsed: float
 
 
+LEAST_TIME_LIMIT = 1e-3  # seconds
+
+
 class Budget:
     """What a computation may spend, and whom it tells.
 

@@ -60,6 +60,8 @@ def finite_number(field: str, value: Any, low: float = -np.inf, high: float = np
     """
     number = float(finite_array(field, value, ()))
     if not low <= number <= high:
+        if high == np.inf:
+            raise InvalidInput(field, value, f"must be at least {low:g}")
         raise InvalidInput(field, value, f"must lie in [{low:g}, {high:g}]")
     return number
 

@@ -9,7 +9,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from rbprm_core.budget import Budget
+from rbprm_core.budget import LEAST_TIME_LIMIT, Budget
 from rbprm_core.check import check_plan
 from rbprm_core.cli.progress import StageBars
 from rbprm_core.errors import InvalidInput
@@ -20,8 +20,6 @@ from rbprm_core.robot import Robot, load_description
 from rbprm_core.robot.data import load_robot_data
 from rbprm_core.scenario import load_scenario
 from rbprm_core.validation import finite_number
-
-LEAST_TIME_LIMIT = 1e-3  # seconds
 
 
 @click.command()

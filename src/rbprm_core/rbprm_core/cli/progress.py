@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import TracebackType
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from rbprm_core.budget import Progress as Stage
 
@@ -22,7 +22,7 @@ class StageBars:
             TextColumn("{task.fields[note]}"),
         )
         self._progress = Progress(*columns, console=console)
-        self._tasks: dict[str, object] = {}
+        self._tasks: dict[str, TaskID] = {}
 
     def __enter__(self) -> StageBars:
         self._progress.start()
@@ -34,6 +34,9 @@ class StageBars:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        if kind is None:
+            for task in self._progress.tasks:
+                self._progress.update(task.id, completed=1.0)
         self._progress.stop()
 
     def robot_data(self, fraction: float) -> None:
@@ -50,4 +53,4 @@ class StageBars:
             for task in self._progress.tasks:
                 self._progress.update(task.id, completed=1.0)
             self._tasks[name] = self._progress.add_task(name, total=1.0, note=note)
-        self._progress.update(self._tasks[name], completed=fraction, note=note)  # type: ignore[arg-type]
+        self._progress.update(self._tasks[name], completed=fraction, note=note)

@@ -38,7 +38,7 @@ class LimbDatabase:
             cell[order][:, ::-1], axis=0, return_index=True, return_counts=True
         )
         # lexsort sorts by the last key first: unique's order on the reversed columns is the same.
-        self._centers: Array = (cells[:, ::-1] + 0.5) * CELL
+        self._centers: Array = np.asarray((cells[:, ::-1] + 0.5) * CELL, dtype=float)
         self.reach = float(np.linalg.norm(self.positions, axis=1).max())
 
     def near(
