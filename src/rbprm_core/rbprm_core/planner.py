@@ -61,9 +61,14 @@ class _Planning:
     def __init__(self, request: PlanRequest, data: RobotData, scene: Scene, budget: Budget) -> None:
         self._request, self._budget = request, budget
         self._rng = np.random.default_rng(request.seed)
-        self._seconds = dict.fromkeys(("guide", "shortcut", "sequence"), 0.0)
+        self._seconds = dict.fromkeys(("prepare", "guide", "shortcut", "sequence"), 0.0)
         self._nodes = self._guides = 0
-        robot = data.robot
+        with _Clock(self._seconds, "prepare"):
+            self._prepare(data, scene)
+
+    def _prepare(self, data: RobotData, scene: Scene) -> None:
+        """Resolve the request against robot and scene, and build what answers their queries."""
+        request, robot = self._request, data.robot
         joints = robot.root_index[7:]
         self._space = RootSpace(request.bounds, robot.low[joints], robot.high[joints])
         self._start = _root(robot.reference[joints], request.start)
@@ -91,6 +96,8 @@ class _Planning:
                 self._avoid(guide, error)
                 continue
             return Outcome(guide, tuple(states), self._statistics(states))
+        # No guide led there: a goal that admits no state at all is the more useful thing to say.
+        start_state(self._generator, self._goal, self._start_limbs, "goal")
         assert best is not None  # at least one guide is tried
         raise best
 

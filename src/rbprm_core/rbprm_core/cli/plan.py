@@ -72,7 +72,7 @@ def summary(result: ContactPlan, verdict: str) -> Table:
     """The plan in a few rows."""
     seconds = result.statistics.time
     table = Table(title=f"{result.environment.name}: {result.robot.name}", show_header=False)
-    phases = [f"{name} {seconds[name]:.3f}" for name in ("guide", "shortcut", "sequence", "total")]
+    phases = [f"{name} {seconds[name]:.3f}" for name in seconds if "." not in name]
     table.add_row("seconds", ", ".join(phases))
     changes = transitions(result)
     table.add_row("states", f"{len(result.states)}, {changes} contact transitions")

@@ -18,7 +18,7 @@ class GuidePath:
     """The path of the root from start to goal.
 
     Attributes:
-        nodes: (n, 7 + j) root configurations, n at least 2.
+        nodes: (n, 7 + j) root configurations; one alone where start and goal are the same.
     """
 
     nodes: Array
