@@ -192,8 +192,9 @@ class ContactGenerator:
             (h,) samples, (h,) pieces, (h, 3) contact centres in the limb's base frame.
         """
         this, database, pieces = self.robot.limbs[limb], self._databases[limb], self._pieces[limb]
-        reach = database.reach + this.radius
-        close = ((pieces.low <= translation + reach) & (pieces.high >= translation - reach)).all(1)
+        low, high = database.box(rotation, translation)
+        slack = self.options.band + this.radius
+        close = ((pieces.low <= high + slack) & (pieces.high >= low - slack)).all(axis=1)
         chosen = np.flatnonzero(close)
         normals = pieces.normals[chosen] @ rotation
         offsets = pieces.offsets[chosen] - pieces.normals[chosen] @ translation + this.radius

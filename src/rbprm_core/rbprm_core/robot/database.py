@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-CELL = 0.08  # metres; edge of a cell of the index
+CELL = 0.12  # metres; edge of a cell: larger ones hold more samples to test, smaller ones are more
 
 
 class LimbDatabase:
@@ -39,7 +39,17 @@ class LimbDatabase:
         )
         # lexsort sorts by the last key first: unique's order on the reversed columns is the same.
         self._centers: Array = np.asarray((cells[:, ::-1] + 0.5) * CELL, dtype=float)
-        self.reach = float(np.linalg.norm(self.positions, axis=1).max())
+        low, high = self.positions.min(axis=0), self.positions.max(axis=0)
+        self._box = low + np.indices((2, 2, 2)).reshape(3, -1).T * (high - low)
+
+    def box(self, rotation: Array, translation: Array) -> tuple[Array, Array]:
+        """Least and greatest corner (3,) in the world of the box around all effector positions.
+
+        Args:
+            rotation: (3, 3), translation: (3,) of the limb's base in the world.
+        """
+        corners = self._box @ rotation.T + translation
+        return corners.min(axis=0), corners.max(axis=0)
 
     def near(
         self, normals: Array, offsets: Array, edge_normals: Array, edge_offsets: Array, band: float
