@@ -26,7 +26,6 @@ class SequenceOptions:
     Attributes:
         step: distance of root configurations along the guide, metres (section 6.2.4).
         least_step: a step that fails is halved down to this, metres.
-        repositions: contacts moved at one root before the sequence is given up (MAX_TRIES).
         look_ahead: metres of guide ahead by which contacts are ranked.
         prefer_supported: rather move a contact without which the robot still stands; false keeps to
             the paper's order, with fewer transitions and less time.
@@ -34,7 +33,6 @@ class SequenceOptions:
 
     step: Annotated[float, Field(gt=0)] = 0.1
     least_step: Annotated[float, Field(gt=0)] = 0.0125
-    repositions: Annotated[int, Field(ge=0)] = 4
     look_ahead: Annotated[float, Field(ge=0)] = 0.4
     prefer_supported: bool = True
 
@@ -67,23 +65,25 @@ def plan_sequence(
     """
     walk = _Walk(generator, guide, rng, options)
     states = [start]
-    mark, step, tries = 0.0, options.step, 0
+    mark, step = 0.0, options.step
+    moved: set[int] = set()  # limbs moved at this root; once each is enough
     while mark < guide.length:
         budget.check("sequence", mark / guide.length, len(states))
         last, target = states[-1], min(mark + step, guide.length)
         found = walk.advance(last, target)
         stuck = isinstance(found, Obstruction)
-        moved = None
+        instead = None
         if isinstance(found, Obstruction) or not walk.supported(last, found):
-            moved = walk.reposition(last, mark, tries, stuck)
-        if moved is not None:
-            states.append(moved)
-            tries += 1
+            instead = walk.reposition(last, mark, moved, stuck)
+        if instead is not None:
+            states.append(instead)
+            moved.add(instead.contacts[-1].limb)
         elif isinstance(found, State):
             states.append(found)
-            mark, step, tries = target, min(2 * step, options.step), 0
+            mark, step = target, min(2 * step, options.step)
+            moved.clear()
         elif step > options.least_step:
-            step, tries = step / 2, 0
+            step /= 2
         else:
             raise _stopped(generator, states, found, mark / guide.length)
     return states
@@ -141,24 +141,24 @@ class _Walk:
         common = [c for c in before.contacts if c.limb not in changed]
         return any(self._generator.robustness(s.q, common) >= 0 for s in (after, before))
 
-    def reposition(self, state: State, mark: float, tries: int, stuck: bool) -> State | None:
+    def reposition(self, state: State, mark: float, moved: set[int], stuck: bool) -> State | None:
         """The state with one contact made or moved, the root at rest (Algorithm 3).
 
         Contacts without which the robot still stands come first; others only where the walk is
         stuck.
 
         Args:
-            tries: contacts already moved at this root.
+            moved: limbs that were moved at this root already, and stay.
         """
-        most = self._options.repositions
         if self._options.prefer_supported:
-            moved = self._move_one(state, mark, supported=True) if tries < most else None
-            if moved is not None:
-                return moved
-            most *= 2
-        return self._move_one(state, mark, supported=False) if stuck and tries < most else None
+            found = self._move_one(state, mark, moved, supported=True)
+            if found is not None:
+                return found
+        return self._move_one(state, mark, moved, supported=False) if stuck else None
 
-    def _move_one(self, state: State, mark: float, supported: bool) -> State | None:
+    def _move_one(
+        self, state: State, mark: float, moved: set[int], supported: bool
+    ) -> State | None:
         """Free limbs first, then the oldest contacts; a limb that is moved becomes the youngest."""
         generator, ahead = self._generator, self._ahead(mark)
         for limb in state.free:
@@ -168,6 +168,8 @@ class _Walk:
                 return generator.state(found[0], [*state.contacts, found[1]], rest, found[2])
         for old in state.contacts:
             others = [c for c in state.contacts if c is not old]
+            if old.limb in moved:
+                continue
             if supported and generator.robustness(state.q, others) < 0:
                 continue
             found = generator.generate(state.q, old.limb, others, ahead, replaced=old)
