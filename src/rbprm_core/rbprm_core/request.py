@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from rbprm_core.contacts.generator import GeneratorOptions
+from rbprm_core.contacts.options import GeneratorOptions
 from rbprm_core.contacts.sequence import SequenceOptions
 from rbprm_core.guide.rrt import RrtOptions
 from rbprm_core.guide.space import RootBounds

@@ -66,21 +66,24 @@ def state_entry(robot: Robot, state: State) -> StateEntry:
 
 def _contact(robot: Robot, data: pin.Data, contact: Contact) -> ContactEntry:
     limb = robot.limbs[contact.limb]
-    placement = pin.SE3(contact.rotation, contact.position)
-    # A ball rolls about its centre, so where the contact is on it follows from the normal.
-    center = data.oMf[limb.frame].act(limb.center)
-    touched = pin.SE3(contact.rotation, center - limb.radius * contact.normal)
-    offset = Placement.of(data.oMf[limb.frame].inverse() * touched)
-    pose = Placement.of(placement)
+    effector = data.oMf[limb.frame]
+    if limb.planar:
+        offset = Placement.of(limb.contact)
+    else:
+        # A ball rolls about its centre, so where the contact is on it follows from the normal.
+        center = effector.act(limb.contact.translation)
+        touched = pin.SE3(contact.rotation, center - limb.radius * contact.normal)
+        offset = Placement.of(effector.inverse() * touched)
+    pose = Placement.of(pin.SE3(contact.rotation, contact.position))
     return ContactEntry(
         limb=limb.name,
         frame=limb.effector,
         frame_offset=_pose(offset),
-        type="point",
+        type="planar" if limb.planar else "point",
         position=_vector(contact.position),
         orientation=_quaternion(pose.orientation),
         normal=_vector(contact.normal),
-        points=(_vector(contact.position),),
+        points=tuple(_vector(point) for point in contact.points),
         friction=contact.friction,
         surface=contact.surface,
     )

@@ -16,15 +16,17 @@ class Contact:
 
     Attributes:
         limb: index of the limb.
-        position: (3,) contact point, metres.
+        position: (3,) contact point, or middle of the patch, metres.
         rotation: (3, 3) contact frame, columns t1, t2 and the outward normal n.
-        generators: (4, 3) unit rays of the friction cone.
+        points: (k, 3) points that carry forces: 1, or the 4 corners of the patch, metres.
+        generators: (k, 4, 3) unit rays of the friction cone of each point.
         friction: coefficient. surface: id of the surface.
     """
 
     limb: int
     position: Array
     rotation: Array
+    points: Array
     generators: Array
     friction: float
     surface: str

@@ -32,14 +32,16 @@ class Reachability:
     def __init__(self, data: RobotData, scene: Scene, required: tuple[str, ...]) -> None:
         self._robot = data.robot
         self._scene = scene
-        self._trunk = [convex(corners) for corners in data.trunk]
-        self._trunk_middle = np.mean(np.concatenate(data.trunk), axis=0)
+        self._trunk = [(piece.joint, convex(piece.corners)) for piece in data.trunk]
+        inner = [piece.corners for piece in data.trunk if piece.joint == ROOT_JOINT]
+        self._trunk_middle = np.mean(np.concatenate(inner), axis=0) if inner else np.zeros(3)
         self._limbs = [
             (limb, convex(data.workspaces[k]), scene.surfaces_shape(limb.surfaces))
             for k, limb in enumerate(data.robot.limbs)
             if limb.name in required
         ]
-        self._fixed = all(limb.base == ROOT_JOINT for limb, _, _ in self._limbs)
+        self._joints = [j for j, _ in self._trunk] + [limb.base for limb, _, _ in self._limbs]
+        self._fixed = all(joint == ROOT_JOINT for joint in self._joints)
         self._data = data.robot.model.createData()
         self._q = data.robot.reference.copy()
         self._still = coal.Transform3s()
@@ -61,11 +63,13 @@ class Reachability:
         if len(self._avoided) and float(distance(self._avoided, root).min()) < AVOIDED:
             return False
         placements = self._placements(root)
-        if any(self._meets(piece, placements[0], self._scene.shape) for piece in self._trunk):
+        if self._trunk_hits(placements):
             return False
         return all(
             shape is not None and self._meets(workspace, placement, shape)
-            for (_, workspace, shape), placement in zip(self._limbs, placements[1:], strict=True)
+            for (_, workspace, shape), placement in zip(
+                self._limbs, placements[len(self._trunk) :], strict=True
+            )
         )
 
     def failure(self, root: Array) -> tuple[str, str]:
@@ -74,10 +78,12 @@ class Reachability:
         rotation = pin.Quaternion(root[3:7]).matrix()
         if self._scene.encloses(rotation @ self._trunk_middle + root[:3]):
             return "", "the trunk is inside an obstacle"
-        if any(self._meets(piece, placements[0], self._scene.shape) for piece in self._trunk):
+        if self._trunk_hits(placements):
             scale = self._robot.description.volumes.trunk_scale
             return "", f"the trunk, scaled by {scale:g}, collides with the environment"
-        for (limb, workspace, shape), placement in zip(self._limbs, placements[1:], strict=True):
+        for (limb, workspace, shape), placement in zip(
+            self._limbs, placements[len(self._trunk) :], strict=True
+        ):
             kinds = " or ".join(limb.surfaces)
             if shape is None:
                 return limb.name, f"the environment has no {kinds} surface for limb {limb.name}"
@@ -98,15 +104,21 @@ class Reachability:
             stride //= 2
         return all(self.holds(interpolate(a, b, i / steps)) for i in order)
 
+    def _trunk_hits(self, placements: list[coal.Transform3s]) -> bool:
+        return any(
+            self._meets(piece, placement, self._scene.shape)
+            for (_, piece), placement in zip(self._trunk, placements, strict=False)
+        )
+
     def _placements(self, root: Array) -> list[coal.Transform3s]:
-        """World placements of the root and of each required limb's base."""
-        base = coal.Transform3s(pin.Quaternion(root[3:7]).matrix(), root[:3])
+        """World placements of the joints that carry the trunk's pieces, then the limbs."""
         if self._fixed:
-            return [base] * (len(self._limbs) + 1)
+            base = coal.Transform3s(pin.Quaternion(root[3:7]).matrix(), root[:3])
+            return [base] * len(self._joints)
         self._q[self._robot.root_index] = root
         pin.forwardKinematics(self._robot.model, self._data, self._q)
-        found = [self._data.oMi[limb.base] for limb, _, _ in self._limbs]
-        return [base, *(coal.Transform3s(place.rotation, place.translation) for place in found)]
+        found = [self._data.oMi[joint] for joint in self._joints]
+        return [coal.Transform3s(place.rotation, place.translation) for place in found]
 
     def _meets(
         self, body: coal.ShapeBase, placement: coal.Transform3s, mesh: coal.BVHModelBase

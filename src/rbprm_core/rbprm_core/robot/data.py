@@ -17,11 +17,12 @@ from rbprm_core.robot.bodies import Bodies, find_exact_pairs, make_bodies
 from rbprm_core.robot.database import LimbDatabase
 from rbprm_core.robot.model import Robot
 from rbprm_core.robot.sampling import sample_limb
-from rbprm_core.robot.volumes import reachable_workspace, trunk_volume
+from rbprm_core.robot.volumes import TrunkPiece, reachable_workspace, trunk_volume
 
 Array = NDArray[np.float64]
 
-FORMAT = "1"  # raise when what is kept, or how it is made, changes
+FORMAT = "2"  # raise when what is kept, or how it is made, changes
+PARTS = ("joints", "positions", "rotations", "jacobians")  # of LimbSamples and LimbDatabase
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +30,7 @@ class RobotData:
     """A robot with all that depends on it alone.
 
     Attributes:
-        bodies: collision bodies. trunk: corners of the pieces of W0 in the root frame, metres.
+        bodies: collision bodies. trunk: the pieces of W0.
         workspaces: per limb, the corners (v, 3) of Wk in the limb's base frame, metres.
         faces: per limb, the faces (f, 4) of Wk: a point x is inside where n . x + d <= 0.
         databases: per limb, the sample database of section 4.1.
@@ -38,7 +39,7 @@ class RobotData:
 
     robot: Robot
     bodies: Bodies
-    trunk: tuple[Array, ...]
+    trunk: tuple[TrunkPiece, ...]
     workspaces: tuple[Array, ...]
     faces: tuple[Array, ...]
     databases: tuple[LimbDatabase, ...]
@@ -58,10 +59,7 @@ def load_robot_data(
     limbs = range(len(robot.limbs))
     workspaces = tuple(arrays[f"workspace_{k}"].astype(float) for k in limbs)
     databases = tuple(
-        LimbDatabase(
-            *(arrays[f"{part}_{k}"].astype(float) for part in ("joints", "positions", "jacobians"))
-        )
-        for k in limbs
+        LimbDatabase(*(arrays[f"{part}_{k}"].astype(float) for part in PARTS)) for k in limbs
     )
     return RobotData(
         robot=robot,
@@ -89,9 +87,8 @@ def _compute(robot: Robot, report: Callable[[float], None]) -> Arrays:
 
         found = sample_limb(robot, bodies, limb, volumes.samples, rng, share)
         arrays[f"workspace_{k}"] = reachable_workspace(found.positions, volumes.faces)
-        arrays[f"joints_{k}"] = found.joints[: limb.samples]
-        arrays[f"positions_{k}"] = found.positions[: limb.samples]
-        arrays[f"jacobians_{k}"] = found.jacobians[: limb.samples]
+        for part in PARTS:
+            arrays[f"{part}_{k}"] = getattr(found, part)[: limb.samples]
     return arrays
 
 

@@ -19,18 +19,20 @@ class LimbDatabase:
 
     Args:
         joints: (m, n) valid configurations. positions: (m, 3) effector centres in the base frame.
-        jacobians: (m, 3, n) of the centres (equation 10).
+        rotations: (m, 3, 3) of the contact frame. jacobians: (m, 3, n) of the centres
+            (equation 10).
 
     Attributes:
-        joints: (m, n). positions: (m, 3) in the base frame, metres.
+        joints: (m, n). positions: (m, 3), rotations: (m, 3, 3) in the base frame.
         grams: (m, 3, 3) J J^T. manipulability: (m,) (equation 17).
     """
 
-    def __init__(self, joints: Array, positions: Array, jacobians: Array) -> None:
+    def __init__(self, joints: Array, positions: Array, rotations: Array, jacobians: Array) -> None:
         cell = np.floor(positions / CELL).astype(np.int64)
         order = np.lexsort(cell.T)
         self.joints = joints[order]
         self.positions = positions[order]
+        self.rotations = rotations[order]
         jacobians = jacobians[order]
         self.grams = jacobians @ np.swapaxes(jacobians, 1, 2)
         self.manipulability = np.sqrt(np.maximum(np.linalg.det(self.grams), 0.0))

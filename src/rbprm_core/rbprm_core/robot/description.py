@@ -31,6 +31,22 @@ class PointContact(Record):
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
+class PlanarContact(Record):
+    """A flat rectangular patch, such as a sole.
+
+    Attributes:
+        half_size: of the patch along its x and y axes, metres.
+        position, orientation: of the contact frame in the effector frame, metres and unit
+            quaternion [x, y, z, w]; its origin is the middle of the patch, its z axis points away
+            from the surface.
+    """
+
+    type: Literal["planar"]
+    half_size: tuple[Positive, Positive]
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    orientation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+
+
 class LimbDescription(Record):
     """One limb.
 
@@ -45,7 +61,7 @@ class LimbDescription(Record):
     name: str
     first_joint: str
     effector: str
-    contact: PointContact
+    contact: Annotated[PointContact | PlanarContact, Field(discriminator="type")]
     surfaces: Annotated[tuple[SurfaceKind, ...], Field(min_length=1)] = (SurfaceKind.SUPPORT,)
     heuristics: dict[str, float] = {"manipulability": 1.0}
     samples: Annotated[int, Field(ge=100, le=1_000_000)] = 10_000

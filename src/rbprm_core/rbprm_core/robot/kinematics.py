@@ -18,15 +18,15 @@ class LimbKinematics:
         model: of the whole robot.
         base: id of the joint that the limb hangs on.
         joints: (n,) ids of the limb's joints.
-        frame: id of the effector frame. center: (3,) contact centre in that frame.
+        frame: id of the effector frame. contact: placement of the contact frame in it.
     """
 
     def __init__(
-        self, model: pin.Model, base: int, joints: NDArray[np.int_], frame: int, center: Array
+        self, model: pin.Model, base: int, joints: NDArray[np.int_], frame: int, contact: pin.SE3
     ) -> None:
         lock = [i for i in range(1, model.njoints) if i not in joints]
         self._model = pin.buildReducedModel(model, lock, pin.neutral(model))
-        tip = model.frames[frame].placement * pin.SE3(np.eye(3), center)
+        tip = model.frames[frame].placement * contact
         kind, inertia = pin.FrameType.OP_FRAME, pin.Inertia.Zero()
         self._tip = self._model.addFrame(pin.Frame("contact", len(joints), tip, kind, inertia))
         self._data = self._model.createData()
@@ -37,6 +37,23 @@ class LimbKinematics:
         self._from_base = whole.oMi[base].inverse()
         self._base_rotation = self._from_base.rotation.copy()
         self._base_translation = self._from_base.translation.copy()
+
+    def placement_and_jacobian(self, q: Array) -> tuple[Array, Array, Array]:
+        """The contact frame in the base frame, and its Jacobian (equation 10).
+
+        Returns:
+            Position (3,) in metres, rotation (3, 3), Jacobian (6, n): linear above, angular below.
+        """
+        jacobian = pin.computeFrameJacobian(
+            self._model, self._data, q, self._tip, pin.LOCAL_WORLD_ALIGNED
+        )
+        placement = self._data.oMf[self._tip]
+        rotation = self._base_rotation
+        turned = np.empty_like(jacobian)
+        turned[:3] = rotation @ jacobian[:3]
+        turned[3:] = rotation @ jacobian[3:]
+        position = rotation @ placement.translation + self._base_translation
+        return position, rotation @ placement.rotation, turned
 
     def position_and_jacobian(self, q: Array) -> tuple[Array, Array]:
         """Contact centre (3,) in metres and its Jacobian (3, n) in the base frame (equation 10)."""

@@ -9,7 +9,8 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.robot.description import LimbDescription
+from rbprm_core.placement import Placement
+from rbprm_core.robot.description import LimbDescription, PointContact
 from rbprm_core.robot.kinematics import LimbKinematics
 from rbprm_core.vocabulary import SurfaceKind
 
@@ -26,9 +27,11 @@ class Limb:
         joints: (n,) ids of the limb's joints, from the base outwards.
         q_index: (n,) their places in the configuration vector.
         low, high: (n,) joint limits in radians or metres.
-        frame: id of the effector frame. center: (3,) contact centre in that frame.
-        radius: of the ball around the centre, metres.
-        kinematics: of the contact centre in the base frame, on the limb's joints alone.
+        frame: id of the effector frame. contact: placement of the contact frame in it: the ball's
+            centre, or the middle of the patch with its outward normal as z axis.
+        radius: of the ball around the centre, metres; 0 for a patch.
+        half_size: (2,) of the patch, metres; None for a ball.
+        kinematics: of the contact frame in the base frame, on the limb's joints alone.
     """
 
     name: str
@@ -39,12 +42,26 @@ class Limb:
     low: Array
     high: Array
     frame: int
-    center: Array
+    contact: pin.SE3
     radius: float
+    half_size: Array | None
     kinematics: LimbKinematics
     surfaces: tuple[SurfaceKind, ...]
     heuristics: dict[str, float]
     samples: int
+
+    @property
+    def planar(self) -> bool:
+        """True where the limb makes planar contacts."""
+        return self.half_size is not None
+
+    @property
+    def corners(self) -> Array:
+        """Points (k, 3) that carry forces, in the contact frame: 1, or 4 counter-clockwise."""
+        if self.half_size is None:
+            return np.zeros((1, 3))
+        x, y = self.half_size
+        return np.array([[x, y, 0.0], [-x, y, 0.0], [-x, -y, 0.0], [x, -y, 0.0]])
 
     @property
     def last_joint(self) -> int:
@@ -70,7 +87,7 @@ def make_limb(model: pin.Model, text: LimbDescription, low: Array, high: Array) 
         raise InvalidInput(f"{field}.effector", text.effector, f"unknown frame; links: {known}")
     frame = model.getFrameId(text.effector)
     joints = _joints_between(model, model.getJointId(text.first_joint), frame)
-    base, center = model.parents[joints[0]], np.array(text.contact.center)
+    base, contact = model.parents[joints[0]], _contact_frame(text)
     q_index = np.array([model.joints[j].idx_q for j in joints])
     return Limb(
         name=text.name,
@@ -81,13 +98,23 @@ def make_limb(model: pin.Model, text: LimbDescription, low: Array, high: Array) 
         low=low[q_index],
         high=high[q_index],
         frame=frame,
-        center=center,
-        radius=text.contact.radius,
-        kinematics=LimbKinematics(model, base, np.array(joints), frame, center),
+        contact=contact,
+        radius=text.contact.radius if isinstance(text.contact, PointContact) else 0.0,
+        half_size=(
+            None if isinstance(text.contact, PointContact) else np.array(text.contact.half_size)
+        ),
+        kinematics=LimbKinematics(model, base, np.array(joints), frame, contact),
         surfaces=text.surfaces,
         heuristics=dict(text.heuristics),
         samples=text.samples,
     )
+
+
+def _contact_frame(text: LimbDescription) -> pin.SE3:
+    if isinstance(text.contact, PointContact):
+        return pin.SE3(np.eye(3), np.array(text.contact.center))
+    field = f"limbs.{text.name}.contact"
+    return Placement.parse(text.contact.position, text.contact.orientation, field).transform
 
 
 def _joints_between(model: pin.Model, first: int, frame: int) -> list[int]:

@@ -13,10 +13,13 @@ from rbprm_core.errors import InvalidInput
 from rbprm_core.robot.bodies import Bodies
 from rbprm_core.robot.limb import Limb
 from rbprm_core.robot.model import Robot
+from rbprm_core.robot.projection import project
+from rbprm_core.vocabulary import SurfaceKind
 
 Array = NDArray[np.float64]
 
 LEAST_VALID = 100
+MOST_TILT = 0.35  # tangent of the tilt of the surfaces that samples of a patch face
 REPORT_EVERY = 1000
 
 
@@ -27,11 +30,13 @@ class LimbSamples:
     Attributes:
         joints: (m, n) joint positions.
         positions: (m, 3) effector centres in the base frame, metres.
+        rotations: (m, 3, 3) of the contact frame in the base frame.
         jacobians: (m, 3, n) of the centres in the base frame (equation 10).
     """
 
     joints: Array
     positions: Array
+    rotations: Array
     jacobians: Array
 
 
@@ -58,10 +63,13 @@ def sample_limb(
     drawn = rng.uniform(limb.low, limb.high, (draws, len(limb.joints)))
     valid = np.zeros(draws, dtype=bool)
     for i, joints in enumerate(drawn):
-        q[limb.q_index] = joints
-        valid[i] = not pin.computeCollisions(robot.model, data, geometry, scratch, q, True)
         if i % REPORT_EVERY == 0:
             report(i / draws)
+        fitted = _face_surface(limb, joints, rng) if limb.planar else joints
+        if fitted is None:
+            continue
+        drawn[i] = q[limb.q_index] = fitted
+        valid[i] = not pin.computeCollisions(robot.model, data, geometry, scratch, q, True)
     if valid.sum() < LEAST_VALID:
         reason = (
             f"only {valid.sum()} of {draws} random configurations are free of self-collision: "
@@ -69,5 +77,35 @@ def sample_limb(
         )
         raise InvalidInput(f"limbs.{limb.name}", limb.effector, reason)
     kept = drawn[valid]
-    found = [limb.kinematics.position_and_jacobian(joints) for joints in kept]
-    return LimbSamples(kept, np.array([p for p, _ in found]), np.array([j for _, j in found]))
+    found = [limb.kinematics.placement_and_jacobian(joints) for joints in kept]
+    positions, rotations, jacobians = (np.array(part) for part in zip(*found, strict=True))
+    return LimbSamples(kept, positions, rotations, jacobians[:, :3])
+
+
+def _face_surface(limb: Limb, joints: Array, rng: np.random.Generator) -> Array | None:
+    """Joints (n,) near the given ones whose patch faces a surface of a kind the limb may use.
+
+    Few random postures of a leg have a level sole. Here the effector stays where it is and turns,
+    by the least angle, until its normal is one that such surfaces have.
+    """
+    position, rotation, _ = limb.kinematics.placement_and_jacobian(joints)
+    kind = limb.surfaces[rng.integers(len(limb.surfaces))]
+    if kind is SurfaceKind.SUPPORT:
+        tilt = rng.uniform(-MOST_TILT, MOST_TILT, 2)
+        normal = np.array([tilt[0], tilt[1], 1.0])
+    else:
+        angle = rng.uniform(-np.pi, np.pi)
+        normal = np.array([np.cos(angle), np.sin(angle), rng.uniform(-MOST_TILT, MOST_TILT)])
+    normal /= np.linalg.norm(normal)
+    return project(limb, joints, position, turned_onto(rotation, normal))
+
+
+def turned_onto(rotation: Array, normal: Array) -> Array:
+    """A rotation (3, 3) turned by the least angle so that its z axis is a unit vector (3,)."""
+    axis = rotation[:, 2]
+    cross = np.cross(axis, normal)
+    cosine = float(axis @ normal)
+    if cosine < -1 + 1e-9:  # opposite: any half turn about an axis in the plane
+        return np.asarray(rotation @ np.diag([1.0, -1.0, -1.0]))
+    skew = pin.skew(cross)
+    return np.asarray((np.eye(3) + skew + skew @ skew / (1 + cosine)) @ rotation)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import coal
 import numpy as np
 import pinocchio as pin
@@ -48,29 +50,42 @@ def simplify(corners: Array, faces: int) -> Array:
     return np.asarray(corners[sorted(chosen)])
 
 
-def trunk_volume(robot: Robot, scale: float) -> list[Array]:
-    """Corners (n, 3) of the convex pieces of W0 in the root frame, metres (appendix A.2).
+@dataclass(frozen=True, eq=False)
+class TrunkPiece:
+    """A convex piece of W0.
+
+    Attributes:
+        joint: id of the joint that carries it: the root's, or one planned with the root.
+        corners: (n, 3) in that joint's frame, metres.
+    """
+
+    joint: int
+    corners: Array
+
+
+def trunk_volume(robot: Robot, scale: float) -> list[TrunkPiece]:
+    """The convex pieces of W0 (appendix A.2).
 
     One piece a collision geometry of the trunk's links, scaled by s about its box's centre.
 
     Raises:
         InvalidInput: a trunk link that does not exist, has no geometry or moves against the root.
     """
-    links = robot.description.volumes.trunk_links
+    fixed = {ROOT_JOINT, *(robot.model.getJointId(j) for j in robot.description.root_joints)}
     pieces = []
-    for link in links:
+    for link in robot.description.volumes.trunk_links:
         bodies = [g for g in robot.geometry.geometryObjects if _link_of(robot, g) == link]
         if not bodies:
             known = sorted({_link_of(robot, g) for g in robot.geometry.geometryObjects})
             reason = f"no collision geometry; links that have one: {', '.join(known)}"
             raise InvalidInput("volumes.trunk_links", link, reason)
         for body in bodies:
-            if body.parentJoint != ROOT_JOINT:
-                reason = "moves against the root; trunk links are fixed to it"
+            if body.parentJoint not in fixed:
+                reason = "moves against the root; trunk links are fixed to it or to a root joint"
                 raise InvalidInput("volumes.trunk_links", link, reason)
             corners = _corners(body)
             middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
-            pieces.append(middle + scale * (corners - middle))
+            pieces.append(TrunkPiece(body.parentJoint, middle + scale * (corners - middle)))
     return pieces
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import mapbox_earcut
 import numpy as np
@@ -59,6 +60,19 @@ class Polygon:
     pieces: tuple[Array, ...]
     outer_edges: tuple[NDArray[np.bool_], ...]
     area: float
+
+    def shrunk(self, margin: float) -> shapely.Polygon:
+        """The polygon in its plane's coordinates, less a margin in metres along its boundary."""
+        return _shrunk(self, margin)
+
+
+@lru_cache(maxsize=4096)
+def _shrunk(polygon: Polygon, margin: float) -> shapely.Polygon:
+    flatten = polygon.plane.flatten
+    flat = shapely.Polygon(flatten(polygon.boundary), [flatten(hole) for hole in polygon.holes])
+    inner = flat.buffer(-margin, join_style="mitre")
+    shapely.prepare(inner)
+    return inner
 
 
 def make_polygon(
