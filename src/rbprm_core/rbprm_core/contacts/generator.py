@@ -76,14 +76,14 @@ class ContactGenerator:
         reason = "no candidate near a surface"
         for trial, contact in self._placed(q, limb, ahead, replaced):
             reason = "equilibrium" if reason == "equilibrium" else "kinematics"
+            value = self.robustness(trial, [*others, contact])
+            if value < least:
+                reason = "equilibrium"
+                continue
             with self.tally.timed("collision"):
                 free = self.collision.limb_free(trial, limb, contact.normal)
-            if not free:
-                continue
-            value = self.robustness(trial, [*others, contact])
-            if value >= least:
+            if free:
                 return trial, contact, value
-            reason = "equilibrium"
         return reason
 
     def maintain(self, q: Array, contact: Contact) -> Array | None:

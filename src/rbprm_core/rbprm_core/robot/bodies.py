@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from rbprm_core.robot.model import Robot
+from rbprm_core.robot.model import ROOT_JOINT, Robot
 
 Array = NDArray[np.float64]
 
@@ -31,6 +31,8 @@ class Bodies:
             URDF.
         self_pairs: (p, 2) indices into `objects`, each pair in its cheapest sound form.
         owner: (objects,) index of the limb that carries the object, -1 for the root part.
+        group: (objects,) id of the joint that an object of the root part is fixed to: the root's or
+            one planned with it; all other joints of the root part keep their reference position.
         last: (objects,) True where the object hangs on its limb's last joint.
     """
 
@@ -38,6 +40,7 @@ class Bodies:
     hulls: int
     self_pairs: NDArray[np.int_]
     owner: NDArray[np.int_]
+    group: NDArray[np.int_]
     last: NDArray[np.bool_]
 
     def model(
@@ -56,6 +59,8 @@ class Bodies:
         chosen = []
         for first, second in self.self_pairs:
             owners = {int(self.owner[first]), int(self.owner[second])}
+            if owners == {-1} and self.group[first] == self.group[second]:
+                continue  # never move against each other
             if limb in owners and (others or owners <= {limb, -1}):
                 chosen.append((int(first), int(second)))
         return chosen
@@ -90,8 +95,17 @@ def make_bodies(robot: Robot, exact: NDArray[np.bool_]) -> Bodies:
         hulls=len(raw),
         self_pairs=np.array(chosen, dtype=int).reshape(-1, 2),
         owner=np.array(owner),
+        group=np.array([_fixed_to(robot, joint) for joint in joints]),
         last=np.array([joint in ends for joint in joints]),
     )
+
+
+def _fixed_to(robot: Robot, joint: int) -> int:
+    """The nearest joint at or above one that moves with the root configuration."""
+    moving = {ROOT_JOINT, *(robot.model.getJointId(name) for name in robot.description.root_joints)}
+    while joint not in moving:
+        joint = robot.model.parents[joint]
+    return joint
 
 
 def find_exact_pairs(robot: Robot, rng: np.random.Generator) -> NDArray[np.bool_]:
