@@ -6,6 +6,8 @@ import contextlib
 import hashlib
 import os
 import tempfile
+import zipfile
+import zlib
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -42,7 +44,7 @@ def cached(name: str, key: str, compute: Callable[[], Arrays]) -> Arrays:
     try:
         with np.load(path, allow_pickle=False) as kept:
             return dict(kept)
-    except (OSError, ValueError, EOFError, KeyError):
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error):
         pass  # absent, or cut short by a full disk: make it again
     arrays = compute()
     with contextlib.suppress(OSError):

@@ -165,4 +165,8 @@ def _bounds(text: BoundsText) -> RootBounds:
 def _limbs(robot: Robot, names: tuple[str, ...] | None, field: str) -> tuple[str, ...]:
     """Names of limbs, all of the robot's where none are given."""
     known = tuple(limb.name for limb in robot.limbs)
-    return known if names is None else tuple(one_of(field, name, known) for name in names)
+    if names is None:
+        return known
+    if len(set(names)) != len(names):
+        raise InvalidInput(field, list(names), "names a limb twice")
+    return tuple(one_of(field, name, known) for name in names)

@@ -36,7 +36,8 @@ for command in (plan, check, view, scenarios, robots):
 def main() -> None:
     """Run a command; every failure that we foresaw is one line and an exit code of its own."""
     try:
-        cli(standalone_mode=False)
+        # Out of standalone mode click returns the code of an Exit instead of exiting with it.
+        sys.exit(cli(standalone_mode=False))
     except click.ClickException as error:
         error.show()
         sys.exit(error.exit_code)

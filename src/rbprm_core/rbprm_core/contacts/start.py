@@ -49,4 +49,7 @@ def start_state(
         if not generator.collision.limb_free(q, limb, None):
             name = robot.limbs[limb].name
             raise kind(f"limb {name}, at its reference posture, is in collision", name)
-    return generator.state(q, contacts, free, generator.robustness(q, contacts))
+    value = generator.robustness(q, contacts)
+    if value < generator.threshold or not contacts:
+        raise kind(f"{len(contacts)} contacts hold it with robustness {value:.3g} N only")
+    return generator.state(q, contacts, free, value)

@@ -37,9 +37,8 @@ class Settler:
         scratch = robot.model.createData()
         pin.framesForwardKinematics(robot.model, scratch, robot.reference)
         limbs = [limb for limb in robot.limbs if limb.name in required]
-        self._feet = np.array(
-            [scratch.oMf[limb.frame].act(limb.contact.translation) for limb in limbs]
-        )
+        feet = [scratch.oMf[limb.frame].act(limb.contact.translation) for limb in limbs]
+        self._feet = np.array(feet).reshape(-1, 3)
         self._feet[:, 2] -= [limb.radius for limb in limbs]
         self._pieces = scene.pieces((SurfaceKind.SUPPORT,))
 

@@ -69,7 +69,14 @@ class Robot:
         model = _read_model(description)
         low, high = _limits(model, description)
         limbs = tuple(make_limb(model, text, low, high) for text in description.limbs)
+        taken = {joint: limb.name for limb in limbs for joint in limb.joints}
         root_joints = [_joint(model, name, "root_joints") for name in description.root_joints]
+        for joint in root_joints:
+            if joint in taken:
+                reason = (
+                    f"is a joint of limb {taken[joint]}; it cannot be planned with the root too"
+                )
+                raise InvalidInput("robot.root_joints", model.names[joint], reason)
         root_index = [*range(7), *(model.joints[j].idx_q for j in root_joints)]
         return Robot(
             description=description,

@@ -118,9 +118,9 @@ class Scene:
         """True where a point (3,) lies inside a closed part of the scene."""
         solid = _solid_angles(self.triangles - point)
         totals = np.bincount(self._components, weights=solid)
-        # A closed part around the point turns once (1); an open one, such as the ground, at most
-        # half a turn.
-        return bool((np.abs(totals) > 0.75).any())
+        # A closed part around the point turns once: 1 where it faces outwards, -1 where it faces
+        # inwards, as the walls of a room do. An open one, such as the ground, at most half a turn.
+        return bool((totals > 0.75).any())
 
     @cached_property
     def _components(self) -> NDArray[np.int_]:

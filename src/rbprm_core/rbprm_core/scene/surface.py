@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rbprm_core.errors import InvalidInput
 from rbprm_core.scene.polygon import Polygon, make_polygon
 from rbprm_core.validation import finite_number
 from rbprm_core.vocabulary import SurfaceKind
@@ -72,6 +73,8 @@ def make_surface(
     Raises:
         InvalidInput: see `make_polygon`; negative or non-finite friction; empty id.
     """
+    if not identity:
+        raise InvalidInput(f"{field}.id", identity, "must not be empty")
     friction = finite_number(f"{field}.friction", friction, low=0.0)
     polygon = make_polygon(vertices, holes, f"{field}.vertices")
     kind = classification.kind(polygon.plane.normal, polygon.area)

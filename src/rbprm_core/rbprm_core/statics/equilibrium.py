@@ -16,7 +16,8 @@ from rbprm_core.errors import RbprmError
 Array = NDArray[np.float64]
 
 EQUALITY = 5  # DAQP's mark of an equality constraint
-OPTIMAL, UNBOUNDED = 1, -3  # DAQP's exit flags
+OPTIMAL, INFEASIBLE, UNBOUNDED = 1, -1, -3  # DAQP's exit flags
+BALANCED = 1e-9  # of the weight; a residual of the balance below this is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,13 +62,17 @@ def robustness(problem: Equilibrium) -> float:
     """Raw b0 in newtons: the optimum of (8), by its dual (9).
 
     minimise w . nu subject to G^T nu >= 0 and 1^T G^T nu = 1, over nu in R^6; equal to the
-    optimum of (8) by duality. Minus infinity where no forces, not even pulling ones, balance the
-    weight: then (8) is infeasible and its dual unbounded.
+    optimum of (8) by duality.
+
+    Returns:
+        Minus infinity where no forces, not even pulling ones, balance it: (8) is infeasible.
+        Infinity where the contacts can be pressed against each other without bound, as between two
+        walls: (8) is unbounded.
     """
     count = problem.generators.shape[1]
     if count == 0:
         return -np.inf
-    weight = float(np.abs(problem.wrench).max())
+    weight = float(np.abs(problem.wrench).max()) or 1.0
     rows = np.empty((count + 1, 6))
     rows[:count] = problem.generators.T
     rows[count] = problem.generators.sum(axis=1)
@@ -84,4 +89,13 @@ def robustness(problem: Equilibrium) -> float:
         return float(optimum) * weight
     if flag == UNBOUNDED:
         return -np.inf
+    if flag == INFEASIBLE:  # of the dual: (8) is unbounded, unless it is infeasible itself
+        return np.inf if _balanced(problem, weight) else -np.inf
     raise RbprmError(f"the statics problem was not solved: DAQP ended with flag {flag}")
+
+
+def _balanced(problem: Equilibrium, weight: float) -> bool:
+    """True where some coefficients, of either sign, balance the wrench."""
+    wrench = problem.wrench / weight
+    found, *_ = np.linalg.lstsq(problem.generators, wrench, rcond=None)
+    return bool(np.abs(problem.generators @ found - wrench).max() < BALANCED)

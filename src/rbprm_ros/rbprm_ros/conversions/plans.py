@@ -1,0 +1,187 @@
+"""Contact plans as messages, and back as an executive or a check wants them."""
+
+from __future__ import annotations
+
+import math
+
+from geometry_msgs.msg import Point, PoseStamped, Vector3
+from geometry_msgs.msg import Pose as PoseMessage
+from nav_msgs.msg import Path
+from rbprm_msgs.msg import Contact, ContactSequence, ContactState, PlanStatistics
+from std_msgs.msg import Header
+
+from rbprm_core.plan import (
+    ContactEntry,
+    ContactPlan,
+    EnvironmentEntry,
+    Pose,
+    RequestEntry,
+    RobotEntry,
+    StateEntry,
+    Statistics,
+    transitions,
+)
+from rbprm_ros.conversions.geometry import (
+    pose_message,
+    pose_of_message,
+    time_message,
+    triple,
+    vector_message,
+)
+
+TYPES = {"point": Contact.TYPE_POINT, "planar": Contact.TYPE_PLANAR}
+TYPE_NAMES = {number: name for name, number in TYPES.items()}
+
+
+def sequence_message(
+    plan: ContactPlan, header: Header, sequence_id: str, surfaces_stamp: int
+) -> ContactSequence:
+    """A plan as its first revision.
+
+    Args:
+        header: of the sequence. sequence_id: unique.
+        surfaces_stamp: of the newest surfaces that it was made on, nanoseconds.
+    """
+    request = plan.request
+    return ContactSequence(
+        header=header,
+        sequence_id=sequence_id,
+        revision=0,
+        first_changed_state=0,
+        robot=plan.robot.name,
+        urdf=plan.robot.urdf,
+        srdf=plan.robot.srdf or "",
+        joint_names=list(plan.robot.joint_names),
+        surfaces_stamp=time_message(surfaces_stamp),
+        start=_pose_message(request.start),
+        goal=_pose_message(request.goal),
+        seed=request.seed,
+        robustness_threshold=request.robustness_threshold,
+        gravity=vector_message(Vector3, request.gravity),
+        states=[_state_message(i, state) for i, state in enumerate(plan.states)],
+    )
+
+
+def guide_message(plan: ContactPlan, header: Header) -> Path:
+    """The path of the root."""
+    poses = [PoseStamped(header=header, pose=_pose_message(pose)) for pose in plan.guide]
+    return Path(header=header, poses=poses)
+
+
+def statistics_message(plan: ContactPlan) -> PlanStatistics:
+    """Times and counts."""
+    time, counts = plan.statistics.time, plan.statistics.counts
+    return PlanStatistics(
+        time_guide=time.get("guide", 0.0),
+        time_shortcut=time.get("shortcut", 0.0),
+        time_sequence=time.get("sequence", 0.0),
+        time_total=time.get("total", 0.0),
+        guide_nodes=counts.get("guide_nodes", 0),
+        guide_waypoints=len(plan.guide),
+        states=len(plan.states),
+        contact_transitions=transitions(plan),
+        least_robustness=min((state.robustness for state in plan.states), default=math.nan),
+    )
+
+
+def plan_of_messages(
+    sequence: ContactSequence,
+    guide: Path,
+    environment: EnvironmentEntry,
+    statistics: PlanStatistics | None = None,
+) -> ContactPlan:
+    """A plan that can be kept, shown and checked.
+
+    Args:
+        environment: that the plan is for: as the surfaces were sent, or the meshes behind them.
+        statistics: of the answer to the call; a topic carries none.
+
+    Raises:
+        pydantic.ValidationError: a message that did not come from a planner.
+    """
+    return ContactPlan(
+        robot=RobotEntry(
+            name=sequence.robot,
+            urdf=sequence.urdf,
+            srdf=sequence.srdf or None,
+            joint_names=tuple(sequence.joint_names),
+        ),
+        environment=environment,
+        request=RequestEntry(
+            start=pose_of_message(sequence.start),
+            goal=pose_of_message(sequence.goal),
+            seed=sequence.seed,
+            robustness_threshold=sequence.robustness_threshold,
+            gravity=triple(sequence.gravity),
+        ),
+        guide=tuple(pose_of_message(stamped.pose) for stamped in guide.poses),
+        states=tuple(_state_entry(state) for state in sequence.states),
+        statistics=Statistics() if statistics is None else _statistics(statistics),
+    )
+
+
+def _statistics(message: PlanStatistics) -> Statistics:
+    return Statistics(
+        time={
+            "guide": message.time_guide,
+            "shortcut": message.time_shortcut,
+            "sequence": message.time_sequence,
+            "total": message.time_total,
+        },
+        counts={"guide_nodes": message.guide_nodes, "states": message.states},
+    )
+
+
+def _pose_message(pose: Pose) -> PoseMessage:
+    return pose_message(pose.position, pose.orientation)
+
+
+def _state_message(index: int, state: StateEntry) -> ContactState:
+    return ContactState(
+        index=index,
+        root=_pose_message(state.root),
+        joint_positions=list(state.joints),
+        com=vector_message(Point, state.com),
+        robustness=state.robustness,
+        contacts=[_contact_message(contact) for contact in state.contacts],
+    )
+
+
+def _contact_message(contact: ContactEntry) -> Contact:
+    return Contact(
+        limb=contact.limb,
+        frame=contact.frame,
+        type=TYPES[contact.type],
+        pose=pose_message(contact.position, contact.orientation),
+        frame_offset=_pose_message(contact.frame_offset),
+        normal=vector_message(Vector3, contact.normal),
+        points=[vector_message(Point, point) for point in contact.points],
+        friction=contact.friction,
+        surface_id=contact.surface,
+    )
+
+
+def _state_entry(message: ContactState) -> StateEntry:
+    return StateEntry(
+        root=pose_of_message(message.root),
+        joints=tuple(message.joint_positions),
+        com=triple(message.com),
+        robustness=message.robustness,
+        contacts=tuple(_contact_entry(contact) for contact in message.contacts),
+    )
+
+
+def _contact_entry(message: Contact) -> ContactEntry:
+    pose = pose_of_message(message.pose)
+    return ContactEntry(
+        limb=message.limb,
+        frame=message.frame,
+        frame_offset=pose_of_message(message.frame_offset),
+        type=TYPE_NAMES[message.type],  # type: ignore[arg-type]
+        position=pose.position,
+        orientation=pose.orientation,
+        normal=triple(message.normal),
+        points=tuple(triple(point) for point in message.points),
+        friction=message.friction,
+        surface=message.surface_id,
+    )

@@ -1,0 +1,127 @@
+"""Plan requests: the node reads them, an executive writes them."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Sequence
+
+import numpy as np
+from geometry_msgs.msg import Point, PoseStamped
+from rbprm_msgs.msg import RootBounds as BoundsMessage
+from rbprm_msgs.srv import Plan
+from std_msgs.msg import Header
+
+from rbprm_core.errors import InvalidInput
+from rbprm_core.guide.space import RootBounds
+from rbprm_core.placement import Placement
+from rbprm_core.request import PlanRequest
+from rbprm_core.robot import known_robots, load_description
+from rbprm_core.validation import finite_array, finite_number, one_of
+from rbprm_ros.bounds import derived_bounds
+from rbprm_ros.conversions.geometry import (
+    placement_of_message,
+    pose_message,
+    require_frame,
+    triple,
+    vector_message,
+)
+from rbprm_ros.environment import Environment, Snapshot
+from rbprm_ros.jobs import Job
+from rbprm_ros.parameters import Settings
+
+UNSET_BOUNDS = BoundsMessage()
+
+
+def job_of_message(message: Plan.Request, settings: Settings, environment: Environment) -> Job:
+    """The work that a request asks for, on the surfaces as they are now.
+
+    Raises:
+        InvalidInput: names the field at fault; `surfaces` if there are none.
+    """
+    start = _placement(message.start, settings, "start")
+    goal = _placement(message.goal, settings, "goal")
+    robot = one_of("robot", message.robot or settings.robot, (*known_robots(), settings.robot))
+    limbs = tuple(limb.name for limb in load_description(robot).limbs)
+    time_limit = finite_number("time_limit", message.time_limit, low=0.0)
+    threshold = finite_number("robustness_threshold", message.robustness_threshold, low=0.0)
+    bounds = None if message.bounds == UNSET_BOUNDS else _bounds(message.bounds)
+    snapshot = environment.snapshot
+    _require_surfaces(snapshot, environment.rejection)
+    request = PlanRequest(
+        start=start,
+        goal=goal,
+        bounds=bounds or derived_bounds(start, goal, snapshot.surfaces, settings.bounds),
+        required=_limbs("required_limbs", message.required_limbs, limbs),
+        start_limbs=_limbs("start_limbs", message.start_limbs, limbs),
+        robustness_threshold=threshold or settings.robustness_threshold,
+        seed=message.seed,
+        options=settings.planner,
+    )
+    return Job(uuid.uuid4().hex, robot, request, time_limit or settings.time_limit, snapshot)
+
+
+def request_message(
+    request: PlanRequest, robot: str, time_limit: float, frame: str = ""
+) -> Plan.Request:
+    """The message that asks for a plan.
+
+    Args:
+        robot: name; "" for the node's own. time_limit: seconds; 0 for the node's own.
+        frame: of the poses; "" for the planning frame.
+    """
+    bounds = request.bounds
+    yaw, pitch, roll = bounds.half_ranges.tolist()
+    return Plan.Request(
+        robot=robot,
+        start=_stamped(request.start, frame),
+        goal=_stamped(request.goal, frame),
+        bounds=BoundsMessage(
+            low=vector_message(Point, bounds.low),
+            high=vector_message(Point, bounds.high),
+            yaw=yaw,
+            pitch=pitch,
+            roll=roll,
+        ),
+        required_limbs=list(request.required),
+        start_limbs=list(request.start_limbs),
+        seed=request.seed,
+        time_limit=time_limit,
+        robustness_threshold=request.robustness_threshold,
+    )
+
+
+def _placement(message: PoseStamped, settings: Settings, field: str) -> Placement:
+    require_frame(message.header, settings.planning_frame, f"{field}.header")
+    return placement_of_message(message.pose, f"{field}.pose")
+
+
+def _stamped(placement: Placement, frame: str) -> PoseStamped:
+    pose = pose_message(placement.position, placement.orientation)
+    return PoseStamped(header=Header(frame_id=frame), pose=pose)
+
+
+def _bounds(message: BoundsMessage) -> RootBounds:
+    low = finite_array("bounds.low", triple(message.low), (3,))
+    high = finite_array("bounds.high", triple(message.high), (3,))
+    if (low > high).any():
+        axis = "xyz"[int(np.argmax(low > high))]
+        reason = f"{axis} is over that of bounds.high = {high.tolist()}"
+        raise InvalidInput("bounds.low", low.tolist(), reason)
+    names = ("yaw", "pitch", "roll")
+    angles = [finite_number(f"bounds.{n}", getattr(message, n), low=0.0) for n in names]
+    return RootBounds(low, high, np.array(angles))
+
+
+def _limbs(field: str, names: Sequence[str], known: tuple[str, ...]) -> tuple[str, ...]:
+    """Names of limbs, all of the robot's where none are given."""
+    for i, name in enumerate(names):
+        one_of(f"{field}.{i}", name, known)
+    return tuple(names) or known
+
+
+def _require_surfaces(snapshot: Snapshot, rejection: str) -> None:
+    if snapshot.surfaces:
+        return
+    what = "the newest message removed all" if snapshot.version else "none were received"
+    hint = f"; the newest message was refused: {rejection}" if rejection else ""
+    raise InvalidInput("surfaces", [], f"{what}: publish some on ~/surfaces first{hint}")

@@ -1,0 +1,61 @@
+"""How a request failed, as plain data: from the planning process to the node's answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rbprm_core.errors import ErrorCode, InvalidInput, NoSequenceFound, RbprmError, RootUnreachable
+
+MOST_CHARACTERS = 200  # of an offending value; an answer must not grow with the input at fault
+
+
+@dataclass(frozen=True)
+class Failure:
+    """The data of an error.
+
+    Attributes:
+        code: the way to fail. text: what happened and what to change.
+        field, value: what was wrong in the input; "" unless the code is INVALID_INPUT.
+        limb: that could not be placed; "" where no single limb is to blame.
+        state: index of the last state reached; -1 unless the code is NO_SEQUENCE.
+        fraction: share of the guide that the sequence covered, 0 to 1.
+    """
+
+    code: ErrorCode
+    text: str
+    field: str = ""
+    value: str = ""
+    limb: str = ""
+    state: int = -1
+    fraction: float = 0.0
+
+
+class PlanningFailed(RbprmError):
+    """The planning process ended a job with a failure."""
+
+    def __init__(self, failure: Failure) -> None:
+        self.failure = failure
+        super().__init__(failure.text)
+
+
+def failure_of(error: Exception) -> Failure:
+    """The data of an error; one that nobody foresaw is INTERNAL."""
+    text = str(error)
+    match error:
+        case PlanningFailed():
+            return error.failure
+        case InvalidInput():
+            return Failure(error.code, text, field=error.field, value=_shown(error.value))
+        case RootUnreachable():
+            return Failure(error.code, text, limb=error.limb)
+        case NoSequenceFound():
+            where = {"limb": error.limb, "state": error.state, "fraction": error.fraction}
+            return Failure(error.code, text, **where)  # type: ignore[arg-type]
+        case RbprmError():
+            return Failure(error.code, text)
+    return Failure(ErrorCode.INTERNAL, f"a fault of the planner: {type(error).__name__}: {text}")
+
+
+def _shown(value: object) -> str:
+    text = value if isinstance(value, str) else repr(value)
+    return text if len(text) <= MOST_CHARACTERS else f"{text[:MOST_CHARACTERS]}…"

@@ -1,0 +1,68 @@
+"""`publish_surfaces SCENARIO`: a stand-in for perception.
+
+Reads a scenario's environment and publishes all its surfaces, obstacles too, as one latched
+snapshot. Stays up until stopped, since a latched message lives as long as its publisher.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from rbprm_msgs.msg import SurfaceArray
+from rclpy.node import Node
+from rclpy.utilities import remove_ros_args
+from std_msgs.msg import Header
+
+from rbprm_core.errors import RbprmError
+from rbprm_core.scenario import load_scenario
+from rbprm_core.scene import Surface
+from rbprm_core.scene.polygon import LEAST_AREA
+from rbprm_ros.conversions import surfaces_message
+from rbprm_ros.qos import LATCHED
+from rbprm_ros.spinning import Spinner, init
+
+USAGE = "usage: publish_surfaces SCENARIO [--ros-args -p topic:=NAME -p frame_id:=FRAME]"
+
+
+class SurfacePublisher(Node):
+    """Publishes some surfaces once, latched."""
+
+    def __init__(self, surfaces: tuple[Surface, ...]) -> None:
+        super().__init__("surface_publisher")
+        topic = self.declare_parameter("topic", "/rbprm_planner/surfaces").value
+        frame = self.declare_parameter("frame_id", "map").value
+        publisher = self.create_publisher(SurfaceArray, topic, LATCHED)
+        header = Header(stamp=self.get_clock().now().to_msg(), frame_id=frame)
+        publisher.publish(surfaces_message(surfaces, header))
+        self.get_logger().info(f"{len(surfaces)} surfaces on {publisher.topic_name}")
+
+
+def scenario_surfaces(scenario: str) -> tuple[Surface, ...]:
+    """The surfaces of a scenario's environment, slivers that are no polygon left out.
+
+    Raises:
+        InvalidInput: unknown scenario, or one that cannot be read.
+    """
+    surfaces = load_scenario(scenario).scene().surfaces
+    return tuple(surface for surface in surfaces if surface.polygon.area > LEAST_AREA)
+
+
+def main() -> None:
+    """Publish until SIGINT or SIGTERM; exit code 2 where the scenario cannot be used."""
+    stop = init()
+    arguments = remove_ros_args(sys.argv)[1:]
+    if len(arguments) != 1:
+        print(USAGE, file=sys.stderr)
+        sys.exit(2)
+    try:
+        surfaces = scenario_surfaces(arguments[0])
+    except RbprmError as error:
+        print(f"publish_surfaces: {error}", file=sys.stderr)
+        sys.exit(2)
+    spinner = Spinner(SurfacePublisher(surfaces))
+    spinner.spin_until(stop.is_set)
+    spinner.close()
+
+
+if __name__ == "__main__":
+    main()

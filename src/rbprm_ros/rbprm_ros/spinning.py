@@ -1,0 +1,65 @@
+"""The main loop of a node's process, which ends cleanly on SIGINT and SIGTERM."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from types import FrameType
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import ok, try_shutdown
+
+PERIOD = 0.1  # seconds between looks for a signal
+
+
+def init(arguments: list[str] | None = None) -> threading.Event:
+    """Initialise rclpy; returns the event that a signal to stop sets.
+
+    rclpy's own handlers are left out: they now and then lose the first signal, and on SIGINT
+    KeyboardInterrupt comes wherever the program happens to be.
+    """
+    stop = threading.Event()
+
+    def on_signal(_number: int, _frame: FrameType | None) -> None:
+        stop.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, on_signal)
+    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    return stop
+
+
+class Spinner:
+    """Serves the callbacks of one node in one thread.
+
+    A callback that raises is logged and does not end the process.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(node)
+
+    def spin_until(self, done: Callable[[], bool], timeout: float = float("inf")) -> None:
+        """Serve until something is true, the time in seconds is over, or rclpy is shut down."""
+        end = time.monotonic() + timeout
+        while not done() and ok() and time.monotonic() < end:
+            try:
+                self._executor.spin_once(PERIOD)
+            except ExternalShutdownException:
+                return
+            except Exception:
+                if ok():
+                    self._node.get_logger().error(f"in a callback: {traceback.format_exc()}")
+
+    def close(self) -> None:
+        """Take the node out of ROS."""
+        self._executor.shutdown()
+        self._node.destroy_node()
+        try_shutdown()

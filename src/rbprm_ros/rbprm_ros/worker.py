@@ -1,0 +1,226 @@
+"""Planning in a process of its own: started, fed, cancelled, and started again when it dies.
+
+The process is started by `subprocess`, not by `multiprocessing`: this one would run the node's main
+module, rclpy included, in the child a second time. One thread here talks to it and serves the
+pieces of work one after the other, in the order they came.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import queue
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass, field, replace
+from multiprocessing.connection import Connection
+
+from rbprm_core.budget import Progress
+from rbprm_core.errors import Cancelled, RbprmError
+from rbprm_core.plan import ContactPlan
+from rbprm_ros.failure import PlanningFailed
+from rbprm_ros.jobs import Cancellation, Done, Failed, Job, Preparation, Reported, Work
+
+COMMAND = (sys.executable, "-P", "-m", "rbprm_ros.worker_process")
+IDLE_PERIOD = 1.0  # seconds between looks whether an idle process is still there
+STOP_TIMEOUT = 0.5  # seconds for an end by itself, and again for one by SIGTERM
+
+Report = Callable[[Progress], None]
+
+
+class WorkerDied(RbprmError):
+    """The planning process ended in the middle of a piece of work."""
+
+    def __init__(self, returncode: int) -> None:
+        how = f"killed by signal {-returncode}" if returncode < 0 else f"exit code {returncode}"
+        super().__init__(f"the planning process died ({how}); a new one serves the next request")
+
+
+@dataclass(eq=False)
+class _Task:
+    """A piece of work that waits or is under way."""
+
+    work: Work
+    report: Report
+    future: Future[ContactPlan | None] = field(default_factory=Future)
+
+
+class PlanningWorker:
+    """A queue of work, and the process that does it.
+
+    Args:
+        robot: whose data a process is to hold from its start: known name, or path of a robot file.
+        report: told the progress of preparations, from another thread.
+    """
+
+    def __init__(self, robot: str, report: Report) -> None:
+        self._robot, self._report = robot, report
+        self._tasks: queue.SimpleQueue[_Task | None] = queue.SimpleQueue()
+        self._process: _Process | None = None
+        self._lock = threading.Lock()  # of the two below and of sending to the process
+        self._running: _Task | None = None
+        self._closing = False
+        self._thread = threading.Thread(target=self._serve, name="planning", daemon=True)
+        self._thread.start()
+
+    def prepare(self) -> Future[ContactPlan | None]:
+        """Start the process and have the robot's data loaded or computed; the result is None."""
+        return self._put(_Task(Preparation("preparation", self._robot), self._report))
+
+    def submit(self, job: Job, report: Report) -> Future[ContactPlan | None]:
+        """Plan, after the work that came before.
+
+        Args:
+            report: told the progress, from another thread.
+
+        Returns:
+            The plan to come. It raises `PlanningFailed` with what the process said, `WorkerDied`
+            if the process died, `Cancelled` if this worker was closed.
+        """
+        return self._put(_Task(job, report))
+
+    def cancel(self, future: Future[ContactPlan | None]) -> None:
+        """Stop a job: one under way fails with the code CANCELLED, one that waits never starts."""
+        if future.cancel():
+            return
+        with self._lock, contextlib.suppress(OSError):  # a dead process does nothing any more
+            if self._running is not None and self._running.future is future and self._process:
+                self._process.send(Cancellation(self._running.work.id))
+
+    def close(self) -> None:
+        """End the process; all work not done ends as `Cancelled`."""
+        with self._lock:
+            self._closing = True
+            if self._process is not None:
+                self._process.popen.terminate()
+        self._tasks.put(None)
+        self._thread.join()
+
+    def _put(self, task: _Task) -> Future[ContactPlan | None]:
+        self._tasks.put(task)
+        return task.future
+
+    def _serve(self) -> None:
+        """The thread: one task at a time."""
+        while not self._closing:
+            try:
+                task = self._tasks.get(timeout=IDLE_PERIOD)
+            except queue.Empty:
+                self._revive()
+                continue
+            if task is not None and task.future.set_running_or_notify_cancel():
+                self._settle(task)
+        self._drop_process()
+        with contextlib.suppress(queue.Empty):
+            while True:
+                task = self._tasks.get_nowait()
+                if task is not None and task.future.set_running_or_notify_cancel():
+                    task.future.set_exception(Cancelled("waiting"))
+
+    def _settle(self, task: _Task) -> None:
+        """Do a task and fill its future, whatever happens."""
+        try:
+            plan = self._perform(task)
+        except (EOFError, OSError):
+            returncode = self._drop_process()
+            closing = self._closing
+            task.future.set_exception(Cancelled("planning") if closing else WorkerDied(returncode))
+            if isinstance(task.work, Job):  # one that dies while it prepares would go on dying
+                self.prepare()
+        except Exception as error:
+            task.future.set_exception(error)
+        else:
+            task.future.set_result(plan)
+
+    def _perform(self, task: _Task) -> ContactPlan | None:
+        """Send a task's work and wait for its answer.
+
+        Raises:
+            PlanningFailed: the process says why. EOFError, OSError: it is gone.
+        """
+        try:
+            process = self._sent(task)
+        except OSError:  # it had died while idle, and has not seen this work
+            self._drop_process()
+            process = self._sent(task)
+        try:
+            while True:
+                answer = process.pipe.recv()
+                if answer.id != task.work.id:
+                    continue
+                if isinstance(answer, Reported):
+                    task.report(answer.progress)
+                elif isinstance(answer, Failed):
+                    raise PlanningFailed(answer.failure)
+                elif isinstance(answer, Done):
+                    return answer.plan
+        finally:
+            with self._lock:
+                self._running = None
+
+    def _sent(self, task: _Task) -> _Process:
+        """The process, after it was sent a task's work."""
+        process = self._started()
+        with self._lock:
+            self._running = task
+            process.send(task.work)
+        return process
+
+    def _started(self) -> _Process:
+        """The process; a new one where there is none, or none any more."""
+        if self._process is not None and self._process.popen.poll() is not None:
+            self._drop_process()
+        with self._lock:
+            if self._closing:
+                raise EOFError
+            if self._process is None:
+                self._process = _Process()
+            return self._process
+
+    def _revive(self) -> None:
+        """Replace a process that died while idle, so that the next job finds it warm."""
+        if self._process is not None and self._process.popen.poll() is not None:
+            self._drop_process()
+            self.prepare()
+
+    def _drop_process(self) -> int:
+        """End the process, if there is one, and reap it; returns its exit code."""
+        with self._lock:
+            process, self._process = self._process, None
+        return process.end() if process is not None else 0
+
+
+class _Process:
+    """A running planning process, the pipe to it, and which surfaces it holds."""
+
+    def __init__(self) -> None:
+        ours, theirs = socket.socketpair()
+        with theirs:
+            self.popen = subprocess.Popen(
+                [*COMMAND, str(theirs.fileno())],
+                pass_fds=[theirs.fileno()],
+                process_group=0,  # a terminal's Ctrl-C reaches the node alone
+            )
+        self.pipe = Connection(ours.detach())
+        self._version = -1
+
+    def send(self, message: Work | Cancellation) -> None:
+        """Send a message; surfaces that the process holds already are left out."""
+        if isinstance(message, Job) and message.snapshot is not None:
+            version = message.snapshot.version
+            if version == self._version:
+                message = replace(message, snapshot=None)
+            self._version = version
+        self.pipe.send(message)
+
+    def end(self) -> int:
+        """End the process and reap it; returns its exit code."""
+        self.pipe.close()
+        for stop in (self.popen.terminate, self.popen.kill):
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                return self.popen.wait(STOP_TIMEOUT)
+            stop()
+        return self.popen.wait()

@@ -1,0 +1,29 @@
+"""ament_python package of the planner's node."""
+
+from setuptools import find_packages, setup
+
+NAME = "rbprm_ros"
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="ROS 2 node of the multi-contact planner rbprm_core",
+    license="BSD-3-Clause",
+    maintainer="rbprm maintainers",
+    maintainer_email="maintainers@users.noreply.h-seed-f332d016.example",
+    python_requires=">=3.11",
+    packages=find_packages(include=[NAME, f"{NAME}.*"]),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+    ],
+    install_requires=["setuptools"],
+    extras_require={"test": ["pytest"]},
+    entry_points={
+        "console_scripts": [
+            "planner_node = rbprm_ros.planner_node:main",
+            "publish_surfaces = rbprm_ros.publish_surfaces:main",
+        ]
+    },
+    zip_safe=False,
+)
