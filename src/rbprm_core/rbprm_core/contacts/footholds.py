@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,12 +62,23 @@ class FootholdFinder:
         self._data = data.robot.model.createData()
 
     def find(
-        self, limb: int, base: pin.SE3, ahead: LookAhead, replaced: Contact | None
+        self,
+        limb: int,
+        base: pin.SE3,
+        ahead: LookAhead,
+        replaced: Contact | None,
+        others: Sequence[Contact],
+        com: Array,
     ) -> Footholds:
-        """Footholds within a limb's reach, best first, the heuristics' order.
+        """Footholds within a limb's reach, best first.
+
+        The heuristics' order, but those that leave the centre of mass outside the support area
+        come last: on rather level ground the equilibrium problem would refuse them, at the price
+        of a projection each.
 
         Args:
             base: placement of the limb's base. replaced: contact that all must be apart from.
+            others: the contacts that stand. com: (3,) centre of mass as far as it is known, metres.
         """
         rotation, translation = base.rotation, base.translation
         found = self._near(limb, rotation, translation)
@@ -81,7 +93,13 @@ class FootholdFinder:
             self._robot.limbs[limb].heuristics,
         )
         cells = np.floor(found.targets[order] / self._options.spacing)
-        return found[order[_first_of_each(cells, found.pieces[order])]]
+        found = found[order[_first_of_each(cells, found.pieces[order])]]
+        centers = found.targets @ rotation.T + translation
+        corners = self._robot.limbs[limb].corners
+        points = centers[:, None] + corners @ np.swapaxes(rotation @ found.rotations, 1, 2)
+        standing = np.concatenate([np.zeros((0, 3)), *(c.points for c in others)])
+        steady = _over_support(points, standing, com)
+        return found[np.concatenate([np.flatnonzero(steady), np.flatnonzero(~steady)])]
 
     def contact(self, limb: int, piece: int, frame: pin.SE3) -> Contact | None:
         """The contact of a limb whose contact frame (ball centre) is placed on a piece.
@@ -210,6 +228,19 @@ class FootholdFinder:
             inside &= (local @ faces[:, :3].T + faces[:, 3] <= 0).all(axis=1)
             kept += inside
         return kept / max(len(roots), 1)
+
+
+def _over_support(points: Array, standing: Array, com: Array) -> NDArray[np.bool_]:
+    """(h,) True where the centre of mass is over the hull of points (h, k, 3) and others (s, 3).
+
+    Seen from a point inside a hull, corners lie in every half plane: no gap between directions to
+    them reaches half a turn.
+    """
+    fixed = np.broadcast_to(standing, (len(points), *standing.shape))
+    arms = np.concatenate([points, fixed], axis=1)[..., :2] - com[:2]
+    angles = np.sort(np.arctan2(arms[..., 1], arms[..., 0]), axis=1)
+    gaps = np.diff(angles, axis=1, append=angles[:, :1] + 2 * np.pi)
+    return np.asarray((gaps < np.pi).all(axis=1))
 
 
 def _turned(rotations: Array, normals: Array, cosine: Array) -> Array:

@@ -74,7 +74,7 @@ class ContactGenerator:
         """
         least = self.threshold if threshold is None else threshold
         reason = "no candidate near a surface"
-        for trial, contact in self._placed(q, limb, ahead, replaced):
+        for trial, contact in self._placed(q, limb, others, ahead, replaced):
             reason = "equilibrium" if reason == "equilibrium" else "kinematics"
             value = self.robustness(trial, [*others, contact])
             if value < least:
@@ -139,14 +139,19 @@ class ContactGenerator:
         pin.forwardKinematics(self.robot.model, self._data, q)
 
     def _placed(
-        self, q: Array, limb: int, ahead: LookAhead, replaced: Contact | None
+        self,
+        q: Array,
+        limb: int,
+        others: Sequence[Contact],
+        ahead: LookAhead,
+        replaced: Contact | None,
     ) -> Iterator[tuple[Array, Contact]]:
         """Configurations with the limb on a surface, in the heuristics' order."""
         this, database = self.robot.limbs[limb], self._databases[limb]
         self._forward(q)
         base = self._data.oMi[this.base].copy()
         with self.tally.timed("candidates"):
-            found = self._footholds.find(limb, base, ahead, replaced)
+            found = self._footholds.find(limb, base, ahead, replaced, others, self.com(q))
         for i in range(min(len(found), self.options.candidates)):
             frame = pin.SE3(found.rotations[i], found.targets[i])
             contact = self._footholds.contact(limb, found.pieces[i], base * frame)
