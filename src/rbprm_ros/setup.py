@@ -21,8 +21,8 @@ setup(
     extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": [
-            "planner_node = rbprm_ros.planner_node:main",
-            "publish_surfaces = rbprm_ros.publish_surfaces:main",
+            "planner_node = rbprm_ros.executables:planner_node",
+            "publish_surfaces = rbprm_ros.executables:publish_surfaces",
         ]
     },
     zip_safe=False,

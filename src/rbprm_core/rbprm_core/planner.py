@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 
 from rbprm_core.budget import Budget
 from rbprm_core.contacts import ContactGenerator, State, plan_sequence, start_state
-from rbprm_core.errors import GoalUnreachable, NoSequenceFound, RbprmError, StartUnreachable
+from rbprm_core.errors import (
+    GoalUnreachable,
+    InvalidInput,
+    NoSequenceFound,
+    RbprmError,
+    StartUnreachable,
+)
 from rbprm_core.guide import GuidePath, Reachability, RootSpace, plan_rrt, shorten
 from rbprm_core.guide.rrt import Edge
 from rbprm_core.guide.sampler import RootSampler
@@ -21,6 +27,7 @@ from rbprm_core.plan import Statistics
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
+from rbprm_core.validation import one_of
 
 Array = NDArray[np.float64]
 
@@ -60,6 +67,8 @@ class _Planning:
 
     def __init__(self, request: PlanRequest, data: RobotData, scene: Scene, budget: Budget) -> None:
         self._request, self._budget = request, budget
+        if request.seed < 0:
+            raise InvalidInput("seed", request.seed, "must not be negative")
         self._rng = np.random.default_rng(request.seed)
         self._seconds = dict.fromkeys(("prepare", "guide", "shortcut", "sequence"), 0.0)
         self._nodes = self._guides = 0
@@ -69,6 +78,11 @@ class _Planning:
     def _prepare(self, data: RobotData, scene: Scene) -> None:
         """Resolve the request against robot and scene, and build what answers their queries."""
         request, robot = self._request, data.robot
+        names = [limb.name for limb in robot.limbs]
+        for name in request.required:
+            one_of("required", name, names)
+        for name in request.start_limbs:
+            one_of("start_limbs", name, names)
         joints = robot.root_index[7:]
         self._space = RootSpace(request.bounds, robot.low[joints], robot.high[joints])
         self._start = _root(robot.reference[joints], request.start)
@@ -79,7 +93,6 @@ class _Planning:
         self._generator = ContactGenerator(
             data, scene, request.gravity, request.robustness_threshold, request.options.generator
         )
-        names = [limb.name for limb in robot.limbs]
         self._start_limbs = [names.index(name) for name in request.start_limbs]
 
     def run(self) -> Outcome:

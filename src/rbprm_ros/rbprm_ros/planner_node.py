@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 import traceback
 from concurrent.futures import Future as WorkFuture
 
@@ -146,20 +147,17 @@ class PlannerNode(Node):
         return failure
 
 
-def main() -> None:
-    """Run the node until SIGINT or SIGTERM; exit code 0, or 2 where a parameter is wrong."""
-    stop = init()
+def run(stop: threading.Event) -> int:
+    """Serve until the event is set; returns the exit code, 2 where a parameter is wrong."""
+    init()
     try:
         node = PlannerNode()
     except (InvalidInput, ParameterException) as error:
         print(f"planner_node: {error}", file=sys.stderr)
-        sys.exit(2)
+        return 2
     spinner = Spinner(node)
     spinner.spin_until(stop.is_set)
     node.close()
     spinner.spin_until(lambda: node.calls == 0, ANSWER_TIMEOUT)
     spinner.close()
-
-
-if __name__ == "__main__":
-    main()
+    return 0

@@ -7,6 +7,7 @@ snapshot. Stays up until stopped, since a latched message lives as long as its p
 from __future__ import annotations
 
 import sys
+import threading
 
 from rbprm_msgs.msg import SurfaceArray
 from rclpy.node import Node
@@ -47,22 +48,19 @@ def scenario_surfaces(scenario: str) -> tuple[Surface, ...]:
     return tuple(surface for surface in surfaces if surface.polygon.area > LEAST_AREA)
 
 
-def main() -> None:
-    """Publish until SIGINT or SIGTERM; exit code 2 where the scenario cannot be used."""
-    stop = init()
-    arguments = remove_ros_args(sys.argv)[1:]
-    if len(arguments) != 1:
+def run(stop: threading.Event, arguments: list[str]) -> int:
+    """Publish until the event is set; returns the exit code, 2 where the scenario is no good."""
+    init()
+    names = remove_ros_args(arguments)[1:]
+    if len(names) != 1:
         print(USAGE, file=sys.stderr)
-        sys.exit(2)
+        return 2
     try:
-        surfaces = scenario_surfaces(arguments[0])
+        surfaces = scenario_surfaces(names[0])
     except RbprmError as error:
         print(f"publish_surfaces: {error}", file=sys.stderr)
-        sys.exit(2)
+        return 2
     spinner = Spinner(SurfacePublisher(surfaces))
     spinner.spin_until(stop.is_set)
     spinner.close()
-
-
-if __name__ == "__main__":
-    main()
+    return 0

@@ -1,13 +1,10 @@
-"""The main loop of a node's process, which ends cleanly on SIGINT and SIGTERM."""
+"""The main loop of a node's process."""
 
 from __future__ import annotations
 
-import signal
-import threading
 import time
 import traceback
 from collections.abc import Callable
-from types import FrameType
 
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -18,21 +15,9 @@ from rclpy.utilities import ok, try_shutdown
 PERIOD = 0.1  # seconds between looks for a signal
 
 
-def init(arguments: list[str] | None = None) -> threading.Event:
-    """Initialise rclpy; returns the event that a signal to stop sets.
-
-    rclpy's own handlers are left out: they now and then lose the first signal, and on SIGINT
-    KeyboardInterrupt comes wherever the program happens to be.
-    """
-    stop = threading.Event()
-
-    def on_signal(_number: int, _frame: FrameType | None) -> None:
-        stop.set()
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, on_signal)
-    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-    return stop
+def init() -> None:
+    """Initialise rclpy with the process's arguments; signals are the caller's."""
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
 
 
 class Spinner:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import coal
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
@@ -105,7 +106,7 @@ def _key(robot: Robot) -> str:
 def _inputs(robot: Robot) -> Iterator[bytes]:
     """Everything that the data depends on: formats, libraries, description, robot files."""
     yield FORMAT.encode()
-    yield f"{pin.__version__} {np.__version__}".encode()
+    yield f"{pin.__version__} {coal.__version__} {np.__version__}".encode()
     yield robot.description.model_dump_json().encode()
     yield find_resource(robot.description.urdf, "robot.urdf").read_bytes()
     if robot.description.srdf is not None:

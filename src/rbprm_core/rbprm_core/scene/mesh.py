@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.resources import find_resource
-from rbprm_core.scene.polygon import plane_of, polygon_of_shape
+from rbprm_core.scene.polygon import Polygon, plane_of, polygon_of_shape
 from rbprm_core.scene.surface import Classification, Surface
 
 Array = NDArray[np.float64]
@@ -47,10 +47,12 @@ def read_triangles(source: MeshSource, field: str = "mesh") -> Array:
     """
     path = find_resource(source.file, f"{field}.file")
     try:
-        mesh = trimesh.load_mesh(str(path), process=False)
+        with np.errstate(invalid="ignore"):  # what is not finite is refused below
+            mesh = trimesh.load_mesh(str(path), process=False)
         triangles = np.asarray(mesh.triangles, dtype=float)
     except Exception as error:  # the readers of the many formats raise what they like
-        reason = f"cannot be read as a mesh: {type(error).__name__}: {error}"
+        cause = f"{type(error).__name__}: {error}"
+        reason = f"cannot be read as a mesh, it may be truncated or of another format: {cause}"
         raise InvalidInput(f"{field}.file", source.file, reason) from error
     if len(triangles) == 0:
         raise InvalidInput(f"{field}.file", source.file, "has no triangles")
@@ -130,13 +132,14 @@ def _merge(
             continue
         polygon = polygon_of_shape(shapely.geometry.polygon.orient(shape), plane)
         kind = rule.kind(normal, polygon.area)
-        identity = f"{kind}_{_digest(polygon.boundary, normal)}"
+        identity = f"{kind}_{_digest(polygon)}"
         surfaces.append(Surface(identity, polygon, friction, kind))
     return surfaces
 
 
-def _digest(boundary: Array, normal: Array) -> str:
-    """Short name of a polygon's geometry, whichever vertex its boundary starts with."""
-    grid = np.round(np.vstack([np.unique(boundary, axis=0), normal]) / ID_GRID).astype(np.int64)
+def _digest(polygon: Polygon) -> str:
+    """Short name of a polygon's geometry, whichever vertex its rings start with."""
+    corners = np.unique(np.vstack([polygon.boundary, *polygon.holes]), axis=0)
+    grid = np.round(np.vstack([corners, polygon.plane.normal]) / ID_GRID).astype(np.int64)
     rows = grid[np.lexsort(grid.T)]
     return hashlib.blake2s(rows.tobytes(), digest_size=4).hexdigest()

@@ -76,34 +76,35 @@ def _shrunk(polygon: Polygon, margin: float) -> shapely.Polygon:
 
 
 def make_polygon(
-    vertices: ArrayLike, holes: tuple[ArrayLike, ...] = (), field: str = "vertices"
+    vertices: ArrayLike, holes: tuple[ArrayLike, ...] = (), field: str = "polygon"
 ) -> Polygon:
     """Validate a polygon and cut it into convex pieces.
 
     Args:
         vertices: (v, 3) boundary; its winding gives the outward normal (right-hand rule).
         holes: each (h, 3), any winding.
-        field: name of the boundary in errors.
+        field: name of the polygon in errors, which then name its `vertices` or `holes`.
 
     Raises:
         InvalidInput: not finite, fewer than three distinct points, zero area, not planar,
             self-intersecting, or a hole outside.
     """
-    boundary = _distinct(finite_array(field, vertices, (-1, 3)), field)
+    name = f"{field}.vertices"
+    boundary = _distinct(finite_array(name, vertices, (-1, 3)), name)
     rings = tuple(
         _distinct(finite_array(f"{field}.holes.{i}", h, (-1, 3)), f"{field}.holes.{i}")
         for i, h in enumerate(holes)
     )
-    plane = _plane(boundary, field)
+    plane = _plane(boundary, name)
     for ring in (boundary, *rings):
         off = np.abs((ring - plane.origin) @ plane.normal).max()
         if off > PLANAR_TOLERANCE:
             reason = f"is not planar: a vertex is {off:.4g} m off (at most {PLANAR_TOLERANCE:g} m)"
-            raise InvalidInput(field, vertices, reason)
+            raise InvalidInput(name, vertices, reason)
     flat = shapely.Polygon(plane.flatten(boundary), [plane.flatten(ring) for ring in rings])
     if not flat.is_valid:
         reason = f"is not a simple polygon: {shapely.is_valid_reason(flat)} (in its plane)"
-        raise InvalidInput(field, vertices, reason)
+        raise InvalidInput(name, vertices, reason)
     return polygon_of_shape(shapely.geometry.polygon.orient(flat), plane)
 
 

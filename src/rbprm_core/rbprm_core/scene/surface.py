@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydantic import Field
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.scene.polygon import Polygon, make_polygon
@@ -13,6 +15,7 @@ from rbprm_core.validation import finite_number
 from rbprm_core.vocabulary import SurfaceKind
 
 Array = NDArray[np.float64]
+NotNegative = Annotated[float, Field(ge=0)]
 
 
 @dataclass(frozen=True)
@@ -25,9 +28,9 @@ class Classification:
         least_area: smaller surfaces are obstacles only, square metres.
     """
 
-    support: float = 0.3
-    lean: float = 0.1
-    least_area: float = 0.002
+    support: NotNegative = 0.3
+    lean: NotNegative = 0.1
+    least_area: NotNegative = 0.002
 
     def kind(self, normal: Array, area: float) -> SurfaceKind:
         """Kind of a surface with a unit normal (3,) and an area."""
@@ -76,6 +79,6 @@ def make_surface(
     if not identity:
         raise InvalidInput(f"{field}.id", identity, "must not be empty")
     friction = finite_number(f"{field}.friction", friction, low=0.0)
-    polygon = make_polygon(vertices, holes, f"{field}.vertices")
+    polygon = make_polygon(vertices, holes, field)
     kind = classification.kind(polygon.plane.normal, polygon.area)
     return Surface(identity, polygon, friction, kind)

@@ -1,0 +1,118 @@
+"""Collision bodies: hulls that contain their links, and meshes where hulls will not do."""
+
+from __future__ import annotations
+
+import coal
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from rbprm_core.robot import Robot
+from rbprm_core.robot.bodies import convex, find_exact_pairs, make_bodies, pair_test
+from rbprm_core.robot.data import RobotData
+
+Array = NDArray[np.float64]
+
+
+def random_configuration(robot: Robot, rng: np.random.Generator) -> Array:
+    q = robot.reference.copy()
+    q[7:] = rng.uniform(robot.low[7:], robot.high[7:])
+    return q
+
+
+@pytest.mark.parametrize("which", ["hyq_data", "anymal_data", "toy_data"])
+def test_hulls_apart_means_links_apart(which: str, request: pytest.FixtureRequest) -> None:
+    robot: Robot = request.getfixturevalue(which).robot
+    count = len(robot.geometry.collisionPairs)
+    hulls = make_bodies(robot, np.zeros(count, dtype=bool))
+    by_hull = pair_test(robot, hulls.model(hulls.self_pairs))
+    by_mesh = pair_test(robot, robot.geometry)
+    rng = np.random.default_rng(7)
+    some = False
+    for _ in range(100):
+        q = robot.reference.copy()
+        q[7:] = rng.uniform(-2.5, 2.5, len(q) - 7)  # beyond the limits too: legs cross there
+        meshes, boxes = by_mesh(q), by_hull(q)
+        assert not (meshes & ~boxes).any()
+        some |= bool(meshes.any())
+    assert some  # the sample has collisions in it
+
+
+@pytest.mark.parametrize("which", ["hyq_data", "anymal_data", "toy_data"])
+def test_the_chosen_pairs_seldom_cry_wolf_and_never_miss(
+    which: str, request: pytest.FixtureRequest
+) -> None:
+    data: RobotData = request.getfixturevalue(which)
+    robot = data.robot
+    chosen = pair_test(robot, data.bodies.model(data.bodies.self_pairs))
+    raw = pair_test(robot, robot.geometry)
+    rng = np.random.default_rng(8)
+    false = 0
+    for _ in range(150):
+        q = random_configuration(robot, rng)
+        links, bodies = raw(q).any(), chosen(q).any()
+        assert bodies or not links
+        false += int(bodies and not links)
+    assert false <= 6
+    assert not chosen(robot.reference).any()
+
+
+def test_every_hull_contains_its_mesh(hyq_data: RobotData) -> None:
+    bodies = hyq_data.bodies
+    for hull, link in zip(
+        bodies.objects[: bodies.hulls], hyq_data.robot.geometry.geometryObjects, strict=True
+    ):
+        assert hull.name == link.name
+        if not isinstance(link.geometry, coal.BVHModelBase):
+            continue
+        points = np.asarray(link.geometry.vertices())
+        corners = np.asarray(hull.geometry.points())
+        directions = np.random.default_rng(0).normal(size=(50, 3))
+        assert (
+            (points @ directions.T).max(axis=0) <= (corners @ directions.T).max(axis=0) + 1e-9
+        ).all()
+
+
+def test_owners_and_ends(toy_data: RobotData) -> None:
+    bodies, limbs = toy_data.bodies, [limb.name for limb in toy_data.robot.limbs]
+    for body, owner, last in zip(bodies.objects, bodies.owner, bodies.last, strict=True):
+        name, _, part = body.name.partition("_")
+        assert owner == (limbs.index(name) if name in limbs else -1)
+        assert last == (part in ("shank_0", "foot_0"))  # both hang on the knee
+
+
+def test_pairs_of_a_limb(toy_data: RobotData) -> None:
+    bodies = toy_data.bodies
+    for k in range(4):
+        alone = set(bodies.limb_pairs(k, others=False))
+        everything = set(bodies.limb_pairs(k, others=True))
+        assert alone < everything
+        owners = [{int(bodies.owner[a]), int(bodies.owner[b])} for a, b in alone]
+        assert all(pair <= {k, -1} for pair in owners)
+        assert all(k in {bodies.owner[a], bodies.owner[b]} for a, b in everything)
+    by_limb = {pair for k in range(4) for pair in bodies.limb_pairs(k, others=True)}
+    root = set(bodies.limb_pairs(-1, others=False))
+    assert by_limb | root == {(int(a), int(b)) for a, b in bodies.self_pairs}
+
+
+def test_primitives_need_no_meshes(toy_data: RobotData) -> None:
+    exact = find_exact_pairs(toy_data.robot, np.random.default_rng(0))
+    assert not exact.any()
+    assert len(toy_data.bodies.objects) == toy_data.bodies.hulls
+
+
+def test_convex_is_the_hull() -> None:
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1.0)])
+    cube = convex(np.vstack([corners, [[0.5, 0.5, 0.5]]]))
+    ball = coal.Sphere(0.1)
+    still = coal.Transform3s()
+
+    def meets(point: list[float]) -> bool:
+        result = coal.CollisionResult()
+        place = coal.Transform3s(np.eye(3), np.array(point))
+        coal.collide(cube, still, ball, place, coal.CollisionRequest(), result)
+        return bool(result.isCollision())
+
+    assert meets([0.5, 0.5, 0.5])
+    assert meets([1.05, 0.5, 0.5])
+    assert not meets([1.15, 0.5, 0.5])

@@ -1,0 +1,187 @@
+"""Robots from their descriptions: names, limits, posture, kinematics of a limb."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from rbprm_core.errors import InvalidInput
+from rbprm_core.resources import find_resource
+from rbprm_core.robot import Robot, RobotDescription, load_description
+from rbprm_core.robot.data import RobotData
+
+Array = NDArray[np.float64]
+
+
+def robot_with(**changes: Any) -> Robot:
+    """HyQ with some fields of its description replaced."""
+    return Robot.load(load_description("hyq").model_copy(update=changes))
+
+
+def limb_with(**changes: Any) -> Robot:
+    text = load_description("hyq")
+    return robot_with(limbs=(text.limbs[0].model_copy(update=changes), *text.limbs[1:]))
+
+
+def test_what_hyq_is(hyq: Robot) -> None:
+    assert hyq.name == "hyq"
+    assert 60 < hyq.mass < 120
+    assert len(hyq.joint_names) == 12
+    assert [limb.name for limb in hyq.limbs] == ["lf_leg", "rf_leg", "lh_leg", "rh_leg"]
+    assert hyq.limb("rf_leg") is hyq.limbs[1]
+    assert list(hyq.root_index) == list(range(7))
+    for limb in hyq.limbs:
+        assert len(limb.joints) == 3
+        assert limb.last_joint == limb.joints[-1]
+
+
+def test_limits_and_posture(hyq: Robot) -> None:
+    assert np.isinf(hyq.low[:7]).all()
+    assert np.isfinite(hyq.low[7:]).all()
+    assert (hyq.low[7:] < hyq.high[7:]).all()
+    assert (hyq.low <= hyq.reference).all()
+    assert (hyq.reference <= hyq.high).all()
+    assert hyq.reference[:7] == pytest.approx([0, 0, 0, 0, 0, 0, 1])
+    for limb in hyq.limbs:
+        assert np.array_equal(limb.low, hyq.low[limb.q_index])
+        assert np.array_equal(limb.high, hyq.high[limb.q_index])
+
+
+def test_a_range_narrows_the_urdfs_limits(hyq: Robot) -> None:
+    index = hyq.limb("lf_leg").q_index[0]
+    narrow = robot_with(joint_ranges={"lf_haa_joint": (-0.1, 9.0)})
+    assert narrow.low[index] == -0.1
+    assert narrow.high[index] == hyq.high[index]
+    assert narrow.limb("lf_leg").low[0] == -0.1
+    assert (narrow.reference >= narrow.low).all()
+
+
+def test_a_posture_may_be_given_by_joint(hyq: Robot) -> None:
+    index = hyq.limb("lf_leg").q_index[1]
+    robot = robot_with(reference_posture={"lf_hfe_joint": 0.5})
+    assert robot.reference[index] == 0.5
+
+
+@settings(max_examples=60)
+@given(seed=st.integers(0, 2**32 - 1), which=st.sampled_from(["hyq", "toy"]))
+def test_a_limbs_own_kinematics_are_the_robots(
+    hyq: Robot, toy_data: RobotData, seed: int, which: str
+) -> None:
+    robot = hyq if which == "hyq" else toy_data.robot
+    rng = np.random.default_rng(seed)
+    q = robot.reference.copy()
+    q[7:] = rng.uniform(robot.low[7:], robot.high[7:])
+    q[:3] = rng.uniform(-5, 5, 3)
+    q[3:7] = pin.Quaternion(pin.exp3(rng.uniform(-2, 2, 3))).coeffs()
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, q)
+    for limb in robot.limbs:
+        base = data.oMi[limb.base]
+        wanted = base.actInv(data.oMf[limb.frame].act(limb.center))
+        joints = q[limb.q_index]
+        position, jacobian = limb.kinematics.position_and_jacobian(joints)
+        assert position == pytest.approx(wanted, abs=1e-9)
+        position = position.copy()
+        for k in range(len(joints)):
+            step = np.zeros(len(joints))
+            step[k] = 1e-6
+            ahead = limb.kinematics.position_and_jacobian(joints + step)[0].copy()
+            behind = limb.kinematics.position_and_jacobian(joints - step)[0].copy()
+            assert jacobian[:, k] == pytest.approx((ahead - behind) / 2e-6, abs=1e-5)
+
+
+def test_without_an_srdf_neighbours_may_touch_and_others_may_not(toy_data: RobotData) -> None:
+    geometry = toy_data.robot.geometry
+    names = [body.name for body in geometry.geometryObjects]
+    pairs = {frozenset((names[pair.first], names[pair.second])) for pair in geometry.collisionPairs}
+    assert frozenset(("lf_thigh_0", "lf_shank_0")) not in pairs
+    assert frozenset(("lf_shank_0", "lf_foot_0")) not in pairs
+    assert frozenset(("lf_shank_0", "rf_shank_0")) in pairs
+    assert frozenset(("lf_shank_0", "trunk_0")) in pairs
+
+
+def test_joints_planned_with_the_root_come_after_its_pose(toy_data: RobotData) -> None:
+    robot = toy_data.robot
+    waist = robot.model.joints[robot.model.getJointId("waist")].idx_q
+    assert list(robot.root_index) == [*range(7), waist]
+    assert robot.limbs[0].base == robot.model.getJointId("waist")
+    assert robot.limbs[2].base == 1
+    assert all(waist not in limb.q_index for limb in robot.limbs)
+
+
+@pytest.mark.parametrize(
+    ("changes", "field", "value", "known"),
+    [
+        ({"first_joint": "knee"}, "limbs.lf_leg.first_joint", "knee", "lf_haa_joint"),
+        ({"effector": "toe"}, "limbs.lf_leg.effector", "toe", "lf_foot"),
+        ({"effector": "rf_foot"}, "limbs.effector", "rf_foot", "does not hang on"),
+    ],
+)
+def test_an_unknown_name_in_a_limb(
+    changes: dict[str, str], field: str, value: str, known: str
+) -> None:
+    with pytest.raises(InvalidInput, match=known) as caught:
+        limb_with(**changes)
+    assert (caught.value.field, caught.value.value) == (field, value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "value", "known"),
+    [
+        ({"urdf": "no/such.urdf"}, "no/such.urdf", "RBPRM_SHARE_PATH"),
+        ({"srdf": "no/such.srdf"}, "no/such.srdf", "no such file"),
+        ({"root_joints": ("tail",)}, "tail", "lf_haa_joint"),
+        ({"joint_ranges": {"tail": (0.0, 1.0)}}, "tail", "lf_haa_joint"),
+        ({"joint_ranges": {"lf_haa_joint": (7.0, 8.0)}}, (7.0, 8.0), "outside the URDF"),
+        ({"reference_posture": "headstand"}, "headstand", "standing"),
+        ({"reference_posture": {"tail": 0.0}}, "tail", "lf_haa_joint"),
+    ],
+)
+def test_what_the_robot_does_not_have(changes: dict[str, Any], value: Any, known: str) -> None:
+    with pytest.raises(InvalidInput, match=known) as caught:
+        robot_with(**changes)
+    assert caught.value.value == value
+
+
+@pytest.mark.parametrize("text", ["", "not xml", "<robot name='x'><link name='a'>", "<sdf/>"])
+def test_a_urdf_that_is_none(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "bad.urdf"
+    file.write_text(text)
+    with pytest.raises(InvalidInput, match="cannot be read") as caught:
+        robot_with(urdf=str(file))
+    assert caught.value.field == "robot.urdf"
+
+
+def test_a_urdf_whose_meshes_are_missing(tmp_path: Path) -> None:
+    text = find_resource(load_description("hyq").urdf, "urdf").read_text()
+    file = tmp_path / "lost.urdf"
+    file.write_text(text.replace("package://", "package://nowhere/"))
+    with pytest.raises(InvalidInput, match="meshes cannot be read") as caught:
+        robot_with(urdf=str(file))
+    assert caught.value.field == "robot.urdf"
+
+
+def test_a_limb_needs_bounded_axes(toy_file: Path, tmp_path: Path) -> None:
+    text = load_description(str(toy_file))
+    urdf = tmp_path / "wheel.urdf"
+    urdf.write_text(
+        Path(text.urdf)
+        .read_text()
+        .replace('"lf_hfe" type="revolute"', '"lf_hfe" type="continuous"')
+    )
+    spun: RobotDescription = text.model_copy(update={"urdf": str(urdf)})
+    with pytest.raises(InvalidInput, match="one bounded axis") as caught:
+        Robot.load(spun)
+    assert caught.value.value == "lf_hfe"
+
+
+def test_a_joint_is_of_the_root_or_of_a_limb() -> None:
+    with pytest.raises(InvalidInput):
+        robot_with(root_joints=("lf_haa_joint",))

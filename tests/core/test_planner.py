@@ -1,0 +1,332 @@
+"""Planning as a whole: clean plans, the same again in any process, and every way to fail."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from rbprm_core.budget import Budget, Progress
+from rbprm_core.check import check_plan
+from rbprm_core.errors import (
+    Cancelled,
+    GoalUnreachable,
+    InvalidInput,
+    NoGuideFound,
+    NoSequenceFound,
+    StartUnreachable,
+    TimeLimitReached,
+)
+from rbprm_core.guide import RootBounds, RrtOptions
+from rbprm_core.placement import Placement
+from rbprm_core.plan import ContactPlan, EnvironmentEntry, MeshEntry, SurfaceEntry
+from rbprm_core.planner import Outcome, plan
+from rbprm_core.request import PlannerOptions, PlanRequest
+from rbprm_core.result import contact_plan
+from rbprm_core.robot.data import RobotData
+from rbprm_core.scenario import Scenario, load_scenario
+from rbprm_core.scene import Scene, Surface, make_surface
+
+Array = NDArray[np.float64]
+Box = Callable[..., list[Surface]]
+Outcomes = dict[int, tuple[PlanRequest, Outcome]]
+SQUARE = ((-5.0, -5.0, 0.0), (5.0, -5.0, 0.0), (5.0, 5.0, 0.0), (-5.0, 5.0, 0.0))
+GROUND = EnvironmentEntry(name="ground", surfaces=(SurfaceEntry(id="ground", vertices=SQUARE),))
+LEGS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
+FEW = PlannerOptions(rrt=RrtOptions(iterations=40), guides=2)
+
+PROGRAM = """
+import json, sys
+from rbprm_core.budget import Budget
+from rbprm_core.planner import plan
+from rbprm_core.result import contact_plan
+from rbprm_core.robot import Robot, load_description
+from rbprm_core.robot.data import load_robot_data
+from rbprm_core.scenario import load_scenario
+scenario = load_scenario("rubble")
+robot = Robot.load(load_description("hyq"))
+request = scenario.request_for(robot, 1)
+outcome = plan(request, load_robot_data(robot), scenario.scene(), Budget(60.0))
+found = contact_plan(outcome, request, robot, scenario.environment_entry())
+print(json.dumps(found.model_dump(mode="json")["states"]))
+"""
+
+
+def walk_to(x: float, **changes: Any) -> PlanRequest:
+    """HyQ on level ground from the origin."""
+    bounds = RootBounds(np.array([-5.0, -5, 0]), np.array([5.0, 5, 3]), np.array([0.5, 0.2, 0.2]))
+    request = PlanRequest(
+        start=Placement.parse((0, 0, 0.6)),
+        goal=Placement.parse((x, 0, 0.6)),
+        bounds=bounds,
+        required=LEGS,
+        start_limbs=LEGS,
+        robustness_threshold=5.0,
+    )
+    return replace(request, **changes)
+
+
+def island(name: str, low: float, high: float) -> Surface:
+    ring = [[low, -2, 0], [high, -2, 0], [high, 2, 0], [low, 2, 0]]
+    return make_surface(name, ring, 0.5)
+
+
+def assert_clean(found: ContactPlan) -> None:
+    report = check_plan(found)
+    assert [str(violation) for violation in report.violations] == []
+    assert report.states == len(found.states) > 1
+    assert report.least_robustness >= found.request.robustness_threshold - 1e-3
+
+
+def test_the_rubble_is_crossed_cleanly(rubble_plans: dict[int, ContactPlan]) -> None:
+    for found in rubble_plans.values():
+        assert_clean(found)
+        assert found.states[0].root.position == found.request.start.position
+        assert found.states[-1].root.position == pytest.approx(found.request.goal.position)
+
+
+@pytest.mark.parametrize("seed", [0, 11])
+def test_flat_ground_is_crossed_cleanly(hyq_data: RobotData, seed: int) -> None:
+    text = load_scenario("flat")
+    request = text.request_for(hyq_data.robot, seed)
+    outcome = plan(request, hyq_data, text.scene(), Budget(60.0))
+    assert_clean(contact_plan(outcome, request, hyq_data.robot, text.environment_entry()))
+
+
+def test_another_robot_crosses_the_rubble(
+    anymal_data: RobotData, rubble: Scenario, rubble_scene: Scene
+) -> None:
+    request = rubble.request_for(anymal_data.robot, 0)
+    outcome = plan(request, anymal_data, rubble_scene, Budget(60.0))
+    assert_clean(contact_plan(outcome, request, anymal_data.robot, rubble.environment_entry()))
+
+
+def test_a_users_own_robot_walks(toy_data: RobotData, flat_scene: Scene) -> None:
+    limbs = tuple(limb.name for limb in toy_data.robot.limbs)
+    height = toy_data.height + 0.01
+    turned = (0, 0, np.sin(0.1), np.cos(0.1))
+    request = walk_to(
+        1.0,
+        start=Placement.parse((0, 0, height)),
+        goal=Placement.parse((1.0, 0.2, height), turned),
+        required=limbs,
+        start_limbs=limbs,
+        robustness_threshold=2.0,
+    )
+    outcome = plan(request, toy_data, flat_scene, Budget(60.0))
+    assert_clean(contact_plan(outcome, request, toy_data.robot, GROUND))
+
+
+def test_an_obstacle_on_the_way_is_passed(hyq_data: RobotData, make_box: Box) -> None:
+    low, high = np.array([1.2, -4, 0.0]), np.array([1.5, 0.6, 2.0])
+    wall = make_box("wall", low, high)
+    request = walk_to(
+        2.5, bounds=RootBounds(np.array([-1.0, -2, 0.3]), np.array([4.0, 2, 1]), np.ones(3))
+    )
+    scene = Scene([*Scene([make_surface("ground", SQUARE, 0.5)]).surfaces, *wall])
+    outcome = plan(request, hyq_data, scene, Budget(60.0))
+    assert outcome.guide.nodes[:, 1].max() > 0.6
+    entries = [
+        SurfaceEntry(id=face.id, vertices=tuple(map(tuple, face.polygon.boundary.tolist())))
+        for face in wall
+    ]
+    environment = EnvironmentEntry(name="wall", surfaces=(*GROUND.surfaces, *entries))
+    assert_clean(contact_plan(outcome, request, hyq_data.robot, environment))
+
+
+def test_the_same_states_in_two_other_processes(rubble_plans: dict[int, ContactPlan]) -> None:
+    here = json.dumps(rubble_plans[1].model_dump(mode="json")["states"]) + "\n"
+    runs = [
+        subprocess.Popen([sys.executable, "-c", PROGRAM], stdout=subprocess.PIPE) for _ in range(2)
+    ]
+    there = [run.communicate(timeout=120)[0] for run in runs]
+    assert there[0] == there[1]
+    assert there[0] == here.encode()
+
+
+def test_neither_robot_data_nor_scene_remember_a_plan(
+    hyq_data: RobotData, rubble_scene: Scene, outcomes: Outcomes
+) -> None:
+    request, before = outcomes[0]
+    again = plan(request, hyq_data, rubble_scene, Budget(60.0))
+    assert np.array_equal(before.guide.nodes, again.guide.nodes)
+    for old, new in zip(before.states, again.states, strict=True):
+        assert np.array_equal(old.q, new.q)
+
+
+def test_start_and_goal_may_be_one(hyq_data: RobotData, flat_scene: Scene) -> None:
+    request = walk_to(0.0)
+    outcome = plan(request, hyq_data, flat_scene, Budget(60.0))
+    found = contact_plan(outcome, request, hyq_data.robot, GROUND)
+    assert check_plan(found).valid
+
+
+def test_statistics(outcomes: Outcomes) -> None:
+    for _, outcome in outcomes.values():
+        seconds = outcome.statistics.time
+        phases = {k: v for k, v in seconds.items() if k != "total" and "." not in k}
+        assert {"guide", "shortcut", "sequence"} <= phases.keys()
+        assert min(phases.values()) > 0
+        assert seconds["total"] == pytest.approx(sum(phases.values()))
+        assert outcome.statistics.counts["states"] == len(outcome.states)
+        assert outcome.statistics.counts["guides"] >= 1
+        assert {"rbprm_core", "pin", "numpy"} <= outcome.statistics.versions.keys()
+
+
+def test_progress_goes_through_the_stages(hyq_data: RobotData, flat_scene: Scene) -> None:
+    told: list[Progress] = []
+    plan(walk_to(1.0), hyq_data, flat_scene, Budget(60.0, report=told.append))
+    stages = list(dict.fromkeys(progress.stage for progress in told))
+    assert stages == [s for s in ("start", "guide", "shortcut", "sequence") if s in stages]
+    assert {"start", "guide", "sequence"} <= set(stages)
+    assert all(0 <= progress.fraction <= 1 for progress in told)
+    assert [p.elapsed for p in told] == sorted(p.elapsed for p in told)
+
+
+@pytest.mark.parametrize("limit", [1e-3, 0.15])
+def test_a_time_limit_is_kept(
+    hyq_data: RobotData, rubble_scene: Scene, outcomes: Outcomes, limit: float
+) -> None:
+    budget = Budget(limit)
+    with pytest.raises(TimeLimitReached) as caught:
+        plan(outcomes[0][0], hyq_data, rubble_scene, budget)
+    assert caught.value.limit == limit
+    assert budget.elapsed < limit + 2  # on a busy machine
+
+
+@pytest.mark.parametrize("stage", ["start", "guide", "sequence"])
+def test_a_cancel_is_heard_in_every_stage(
+    hyq_data: RobotData, flat_scene: Scene, stage: str
+) -> None:
+    now: list[str] = [""]
+
+    def follow(progress: Progress) -> None:
+        now[0] = progress.stage
+
+    budget = Budget(cancelled=lambda: now[0] == stage, report=follow)
+    with pytest.raises(Cancelled) as caught:
+        plan(walk_to(1.0), hyq_data, flat_scene, budget)
+    assert caught.value.stage == stage
+
+
+@pytest.mark.parametrize(("end", "error"), [("start", StartUnreachable), ("goal", GoalUnreachable)])
+@pytest.mark.parametrize(
+    ("position", "limb", "reason"),
+    [
+        ((1.5, 0, 2.5), "lf_leg", "no support surface in the workspace of limb lf_leg"),
+        ((1.5, 0, 0.1), "", "trunk"),
+        ((-3.0, 0, 1.0), "", "inside an obstacle"),
+        ((3.55, 0, 0.6), "lf_leg", "no support surface in the workspace of limb lf_leg"),
+    ],
+)
+def test_an_end_that_cannot_be(
+    hyq_data: RobotData,
+    make_box: Box,
+    end: str,
+    error: type[StartUnreachable],
+    position: tuple[float, float, float],
+    limb: str,
+    reason: str,
+) -> None:
+    block = make_box("block", np.array([-4.5, -1.5, 0.0]), np.array([-1.5, 1.5, 2.0]))
+    scene = Scene([island("ground", -5.0, 3.4), *block])
+    with pytest.raises(error, match=reason) as caught:
+        plan(walk_to(1.0, **{end: Placement.parse(position)}), hyq_data, scene, Budget(60.0))
+    assert caught.value.limb == limb
+    assert f"the {end} is not reachable" in str(caught.value)
+
+
+@pytest.mark.parametrize("end", ["start", "goal"])
+@pytest.mark.parametrize(
+    ("pose", "reason"),
+    [
+        (Placement.parse((9, 0, 0.6)), "x = 9 m is outside"),
+        (Placement.parse((0, 0, 3.5)), "z = 3.5 m is outside"),
+        (Placement.parse((0, 0, 0.6), (0, 0, 1, 0)), "yaw"),
+        (Placement.parse((0, 0, 0.6), (np.sin(0.2), 0, 0, np.cos(0.2))), "roll"),
+    ],
+)
+def test_an_end_out_of_bounds_is_bad_input(
+    hyq_data: RobotData, flat_scene: Scene, end: str, pose: Placement, reason: str
+) -> None:
+    with pytest.raises(InvalidInput, match=reason) as caught:
+        plan(walk_to(1.0, **{end: pose}), hyq_data, flat_scene, Budget(60.0))
+    assert caught.value.field == end
+    assert caught.value.value == [*pose.position, *pose.orientation]
+
+
+def test_more_robustness_than_there_is(hyq_data: RobotData, flat_scene: Scene) -> None:
+    with pytest.raises(StartUnreachable, match="equilibrium") as caught:
+        plan(walk_to(1.0, robustness_threshold=1e4), hyq_data, flat_scene, Budget(60.0))
+    assert caught.value.limb in LEGS
+
+
+def test_no_guide_over_a_gap(hyq_data: RobotData) -> None:
+    scene = Scene([island("a", -2, 1), island("b", 3, 5)])
+    request = walk_to(4.0, options=FEW)
+    with pytest.raises(NoGuideFound, match="samples did not connect"):
+        plan(request, hyq_data, scene, Budget(60.0))
+
+
+def test_no_sequence_where_only_the_left_feet_find_ground(hyq_data: RobotData) -> None:
+    ring = [[0.5, 0.3, 0], [4.5, 0.3, 0], [4.5, 0.5, 0], [0.5, 0.5, 0]]
+    bridge = make_surface("bridge", ring, 0.5)
+    scene = Scene([island("a", -2, 1.5), island("b", 3.5, 6), bridge])
+    low, high = np.array([-1.0, -0.1, 0.3]), np.array([5.0, 0.1, 1])
+    request = walk_to(
+        4.5, options=FEW, required=(LEGS[0], LEGS[2]), bounds=RootBounds(low, high, np.ones(3))
+    )
+    with pytest.raises(NoSequenceFound) as caught:
+        plan(request, hyq_data, scene, Budget(60.0))
+    error = caught.value
+    assert 0 < error.fraction < 1
+    assert error.limb in ("", *LEGS)
+    assert error.states[0].q[:3] == pytest.approx([0, 0, 0.6])
+    assert error.states[-1].q[0] == pytest.approx(4.5 * error.fraction, abs=0.3)
+    assert f"stopped after state {len(error.states) - 1}" in str(error)
+
+
+def test_a_goal_on_two_legs_is_not_reachable(hyq_data: RobotData) -> None:
+    scene = Scene([island("ground", -2, 1)])
+    request = walk_to(1.2, options=FEW, required=LEGS[2:])
+    with pytest.raises(GoalUnreachable, match="finds no contact") as caught:
+        plan(request, hyq_data, scene, Budget(60.0))
+    assert caught.value.limb == "lf_leg"
+
+
+def test_no_limb_is_required(hyq_data: RobotData, flat_scene: Scene) -> None:
+    request = walk_to(1.0, required=())
+    outcome = plan(request, hyq_data, flat_scene, Budget(60.0))
+    assert_clean(contact_plan(outcome, request, hyq_data.robot, GROUND))
+
+
+def test_a_limb_that_need_not_reach_is_free_to(hyq_data: RobotData, flat_scene: Scene) -> None:
+    request = walk_to(0.6, required=LEGS[:3], start_limbs=LEGS[:3])
+    outcome = plan(request, hyq_data, flat_scene, Budget(60.0))
+    assert outcome.states[0].free == (3,)
+    assert_clean(contact_plan(outcome, request, hyq_data.robot, GROUND))
+
+
+def test_a_mesh_may_be_moved_with_start_and_goal(hyq_data: RobotData) -> None:
+    text = load_scenario("flat")
+    shift = (10.0, -3.0, 2.0)
+    mesh = MeshEntry(**{**text.environment.meshes[0].model_dump(), "translation": shift})
+    moved = EnvironmentEntry(name="moved", meshes=(mesh,))
+    request = text.request_for(hyq_data.robot, 0)
+    ends = [Placement.parse(p.position + shift) for p in (request.start, request.goal)]
+    bounds = replace(
+        request.bounds, low=request.bounds.low + shift, high=request.bounds.high + shift
+    )
+    request = replace(request, start=ends[0], goal=ends[1], bounds=bounds)
+    scene = text.model_copy(
+        update={"environment": text.environment.model_copy(update={"meshes": (mesh,)})}
+    ).scene()
+    outcome = plan(request, hyq_data, scene, Budget(60.0))
+    assert_clean(contact_plan(outcome, request, hyq_data.robot, moved))

@@ -1,0 +1,274 @@
+"""Real processes over DDS: each test module on a domain of its own, on this machine only."""
+
+from __future__ import annotations
+
+import fcntl
+import itertools
+import os
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import IO, Any
+
+import pytest
+import rclpy
+from ament_index_python import get_package_prefix
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
+from nav_msgs.msg import Path as PathMessage
+from rbprm_msgs.msg import ContactSequence, Surface, SurfaceArray
+from rbprm_msgs.srv import Plan
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from rbprm_ros.qos import CALLS, LATCHED
+
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"  # of our clients and of what they start
+
+NODE = "/rbprm_planner"
+EXECUTABLES = Path(get_package_prefix("rbprm_ros")) / "lib" / "rbprm_ros"
+START_TIMEOUT = 30.0
+ANSWER_TIMEOUT = 60.0
+DOMAINS = itertools.count(os.getpid())
+
+
+class Process:
+    """An executable of the built workspace, running."""
+
+    def __init__(self, domain: int, folder: Path, name: str, *arguments: str) -> None:
+        environment = {
+            **os.environ,
+            "ROS_DOMAIN_ID": str(domain),
+            "ROS_LOG_DIR": str(folder),
+        }
+        self.log = folder / f"{name}_{time.monotonic_ns()}.log"
+        with self.log.open("wb") as log:
+            self.popen = subprocess.Popen(
+                [EXECUTABLES / name, *arguments],
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env=environment,
+            )
+
+    def wait_for(self, text: str, count: int = 1) -> None:
+        """Wait until the process has logged a text so many times."""
+        wait_until(lambda: self.log.read_text().count(text) >= count, f"{text!r} in {self.log}")
+
+    def children(self) -> list[int]:
+        """Ids of the child processes that are alive."""
+        tasks = Path(f"/proc/{self.popen.pid}/task").glob("*/children")
+        return [int(pid) for task in tasks for pid in task.read_text().split()]
+
+    def worker(self) -> int:
+        """Id of the planning process."""
+        wait_until(lambda: len(self.children()) == 1, "a planning process")
+        return self.children()[0]
+
+    def stop(self, number: int = signal.SIGINT, timeout: float = 5.0) -> int:
+        """Send a signal; returns the exit code."""
+        self.popen.send_signal(number)
+        return self.popen.wait(timeout)
+
+
+class Executive:
+    """A client of the planner, as a mission executive is one."""
+
+    def __init__(self, context: Context) -> None:
+        self.node = Node("executive", context=context)
+        self.executor = SingleThreadedExecutor(context=context)
+        self.executor.add_node(self.node)
+        self.client = self.node.create_client(Plan, f"{NODE}/plan", qos_profile=CALLS)
+        self.sequences: list[ContactSequence] = []
+        self.guides: list[PathMessage] = []
+        self._publishers: dict[str, Any] = {}
+
+    def listen(self) -> None:
+        """Collect what comes on the latched topics from now on."""
+        for kind, topic, kept in (
+            (ContactSequence, "contact_sequence", self.sequences),
+            (PathMessage, "guide_path", self.guides),
+        ):
+            self.node.create_subscription(kind, f"{NODE}/{topic}", kept.append, LATCHED)
+
+    def wait_for_planner(self) -> None:
+        """Wait until the plan service is there."""
+        self.spin_until(self.client.service_is_ready, "the plan service", START_TIMEOUT)
+
+    def publish(self, message: SurfaceArray, qos: QoSProfile = LATCHED) -> None:
+        """Send surfaces, as soon as the planner listens."""
+        key = str(qos.durability)
+        if key not in self._publishers:
+            topic = f"{NODE}/surfaces"
+            self._publishers[key] = self.node.create_publisher(SurfaceArray, topic, qos)
+        publisher = self._publishers[key]
+        self.spin_until(lambda: publisher.get_subscription_count() > 0, "a subscriber")
+        publisher.publish(message)
+
+    def start_call(self, request: Plan.Request) -> Any:
+        """Call the plan service; returns the future."""
+        self.wait_for_planner()
+        return self.client.call_async(request)
+
+    def answer(self, future: Any, timeout: float = ANSWER_TIMEOUT) -> Plan.Response:
+        """The answer to a call."""
+        self.spin_until(future.done, "an answer", timeout)
+        return future.result()
+
+    def call(self, request: Plan.Request, timeout: float = ANSWER_TIMEOUT) -> Plan.Response:
+        """Call the plan service and wait."""
+        return self.answer(self.start_call(request), timeout)
+
+    def call_on_surfaces(self, request: Plan.Request) -> Plan.Response:
+        """Call until the surfaces, which have been sent, are there."""
+        end = time.monotonic() + START_TIMEOUT
+        while True:
+            response = self.call(request)
+            if response.result.field != "surfaces" or time.monotonic() > end:
+                return response
+
+    def spin_until(self, done: Callable[[], bool], what: str, timeout: float = 20.0) -> None:
+        """Serve callbacks until something is true; a failed test where it never is."""
+        end = time.monotonic() + timeout
+        while not done():
+            assert time.monotonic() < end, f"no {what} within {timeout} s"
+            self.executor.spin_once(0.02)
+
+    def close(self) -> None:
+        """Leave ROS."""
+        self.executor.shutdown()
+        self.node.destroy_node()
+
+
+def wait_until(done: Callable[[], bool], what: str, timeout: float = START_TIMEOUT) -> None:
+    """Wait, without serving callbacks."""
+    end = time.monotonic() + timeout
+    while not done():
+        assert time.monotonic() < end, f"no {what} within {timeout} s"
+        time.sleep(0.02)
+
+
+class Site:
+    """A ROS domain that no other test run on this machine uses, and what runs in it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.domain, self._lock = _claim_domain()
+        self.context = Context()
+        rclpy.init(context=self.context, domain_id=self.domain)
+        self.processes: list[Process] = []
+        self._executives: list[Executive] = []
+
+    def start(self, name: str, *arguments: str) -> Process:
+        """Start an executable."""
+        self.processes.append(Process(self.domain, self.folder, name, *arguments))
+        return self.processes[-1]
+
+    def planner(self, *arguments: str) -> Process:
+        """Start a planner node and wait until it would plan at once."""
+        process = self.start("planner_node", *arguments)
+        process.wait_for("process is ready")
+        return process
+
+    def executive(self) -> Executive:
+        """Make a client."""
+        self._executives.append(Executive(self.context))
+        return self._executives[-1]
+
+    def close(self) -> None:
+        """Leave nothing behind."""
+        for process in self.processes:
+            process.popen.terminate()
+        for process in self.processes:
+            try:
+                process.popen.wait(5.0)
+            except subprocess.TimeoutExpired:  # the test that says so has failed already
+                process.popen.kill()
+                process.popen.wait()
+        for executive in self._executives:
+            executive.close()
+        rclpy.try_shutdown(context=self.context)
+        self._lock.close()
+
+
+def _claim_domain() -> tuple[int, IO[str]]:
+    """A domain and the file whose lock keeps it; each time another one, since DDS takes seconds to
+    find participants that come again where others have just left."""
+    for _ in range(100):
+        number = 1 + next(DOMAINS) % 100
+        file = (Path(tempfile.gettempdir()) / f"rbprm_test_domain_{number}.lock").open("w")
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            file.close()
+            continue
+        return number, file
+    raise RuntimeError("all ROS domains from 1 to 100 are in use")
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Iterator[Site]:
+    """A domain of the test's own."""
+    made = Site(tmp_path)
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
+    """A domain with a planner node that the tests of a module share."""
+    made = Site(tmp_path_factory.mktemp("shared"))
+    made.planner()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def executive(shared: Site) -> Executive:
+    """A client of the shared planner."""
+    return shared.executive()
+
+
+def square(identity: str, half: float, z: float = 0.0, friction: float = 0.5) -> Surface:
+    """A horizontal square about the origin, facing up."""
+    corners = ((-half, -half), (half, -half), (half, half), (-half, half))
+    vertices = [Point(x=x, y=y, z=z) for x, y in corners]
+    return Surface(id=identity, vertices=vertices, friction=friction)
+
+
+@pytest.fixture
+def ground() -> SurfaceArray:
+    """Flat ground, ten metres wide."""
+    return SurfaceArray(surfaces=[square("ground", 5.0)])
+
+
+@pytest.fixture
+def request_on_ground() -> Plan.Request:
+    """HyQ, one metre ahead on flat ground."""
+    return Plan.Request(start=stamped(0.0), goal=stamped(1.0), robustness_threshold=10.0)
+
+
+@pytest.fixture
+def gap() -> SurfaceArray:
+    """Flat ground with a gap of three metres, before x = 4, that no step crosses."""
+    here, there = square("here", 1.0), square("there", 1.0)
+    for point in there.vertices:
+        point.x += 5.0
+    return SurfaceArray(surfaces=[here, there])
+
+
+@pytest.fixture
+def request_over_gap(request_on_ground: Plan.Request) -> Plan.Request:
+    """A request that keeps the planner searching for as long as it may."""
+    request_on_ground.goal.pose.position.x = 5.0
+    request_on_ground.time_limit = 30.0
+    return request_on_ground
+
+
+def stamped(x: float) -> PoseStamped:
+    """A root pose of HyQ standing on flat ground."""
+    position, upright = Point(x=x, y=0.0, z=0.6), Quaternion(w=1.0)
+    return PoseStamped(pose=Pose(position=position, orientation=upright))

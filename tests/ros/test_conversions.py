@@ -1,0 +1,189 @@
+"""Messages to core types and back."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from rbprm_msgs.msg import PlanningResult, SurfaceArray
+from rclpy.serialization import deserialize_message, serialize_message
+from std_msgs.msg import Header
+
+from rbprm_core.errors import InvalidInput
+from rbprm_core.guide.space import RootBounds
+from rbprm_core.placement import Placement
+from rbprm_core.plan import (
+    ContactEntry,
+    ContactPlan,
+    EnvironmentEntry,
+    Pose,
+    RequestEntry,
+    RobotEntry,
+    StateEntry,
+    Statistics,
+    SurfaceEntry,
+)
+from rbprm_core.request import PlanRequest
+from rbprm_core.scene import make_surface
+from rbprm_ros.bounds import BoundsRule, derived_bounds
+from rbprm_ros.conversions import (
+    guide_message,
+    job_of_message,
+    plan_of_messages,
+    request_message,
+    result_message,
+    sequence_message,
+    statistics_message,
+    surfaces_message,
+    update_of_message,
+)
+from rbprm_ros.environment import Environment, SurfaceUpdate
+from rbprm_ros.failure import Failure, failure_of
+from rbprm_ros.parameters import Settings, parse_settings
+
+TURNED = (0.0, 0.0, math.sin(0.3), math.cos(0.3))  # by 0.6 rad about z
+LIMBS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
+SQUARE = ((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (2.0, 2.0, 0.0), (0.0, 2.0, 0.0))
+HOLE = ((0.5, 0.5, 0.0), (1.0, 0.5, 0.0), (1.0, 1.0, 0.0))
+
+
+def across(message):  # type: ignore[no-untyped-def]
+    """A message as it comes out of the wire."""
+    return deserialize_message(serialize_message(message), type(message))
+
+
+@pytest.fixture
+def plan() -> ContactPlan:
+    """A plan of one state, every field with a value of its own."""
+    pose = Pose(position=(1.0, 2.0, 3.0), orientation=TURNED)
+    contact = ContactEntry(
+        limb="lf_leg", frame="lf_foot", frame_offset=pose, type="planar", position=(4.0, 5.0, 6.0),
+        orientation=TURNED, normal=(0.0, 0.0, 1.0), friction=0.4, surface="step_3",
+        points=((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)),
+    )  # fmt: skip
+    state = StateEntry(
+        root=pose, joints=(0.1, -0.2), com=(7.0, 8.0, 9.0), robustness=12.5, contacts=(contact,)
+    )
+    return ContactPlan(
+        robot=RobotEntry(name="hyq", urdf="a.urdf", srdf="a.srdf", joint_names=("j1", "j2")),
+        environment=EnvironmentEntry(surfaces=(SurfaceEntry(id="step_3", vertices=SQUARE),)),
+        request=RequestEntry(
+            start=pose,
+            goal=pose,
+            seed=2**63 + 1,
+            robustness_threshold=3.5,
+            gravity=(0.0, 1.0, -9.0),
+        ),
+        guide=(pose, pose),
+        states=(state,),
+        statistics=Statistics(
+            time={"guide": 0.1, "shortcut": 0.2, "sequence": 0.3, "total": 0.6},
+            counts={"guide_nodes": 4, "states": 1},
+        ),
+    )
+
+
+def test_plan_survives_the_messages(plan: ContactPlan) -> None:
+    header = Header(frame_id="map")
+    sequence = across(sequence_message(plan, header, "an id", 1_500_000_000))
+    guide, statistics = across(guide_message(plan, header)), across(statistics_message(plan))
+    assert (sequence.sequence_id, sequence.revision) == ("an id", 0)
+    assert (sequence.surfaces_stamp.sec, sequence.surfaces_stamp.nanosec) == (1, 500_000_000)
+    assert guide.poses[1].header.frame_id == "map"
+    assert plan_of_messages(sequence, guide, plan.environment, statistics) == plan
+
+
+def test_robot_without_srdf(plan: ContactPlan) -> None:
+    bare = plan.model_copy(update={"robot": plan.robot.model_copy(update={"srdf": None})})
+    header = Header()
+    sequence = sequence_message(bare, header, "", 0)
+    again = plan_of_messages(sequence, guide_message(bare, header), bare.environment)
+    assert again.robot.srdf is None
+
+
+def test_surfaces_survive_the_messages() -> None:
+    surface = make_surface("a", SQUARE, 0.7, (HOLE,))
+    update = update_of_message(
+        across(surfaces_message([surface], Header(frame_id="map"))), Settings()
+    )
+    (again,) = Environment().update(update, max_surfaces=1).surfaces
+    assert (again.id, again.friction, again.kind) == ("a", 0.7, surface.kind)
+    assert again.polygon.area == pytest.approx(surface.polygon.area)
+    assert np.allclose(again.polygon.boundary, surface.polygon.boundary)
+    assert np.allclose(again.polygon.holes[0], surface.polygon.holes[0])
+
+
+@pytest.mark.parametrize("frame", ["", "map"])
+def test_frames_that_mean_the_planning_frame(frame: str) -> None:
+    update_of_message(SurfaceArray(header=Header(frame_id=frame)), Settings())
+
+
+def test_stamp_that_is_no_time() -> None:
+    message = SurfaceArray()
+    message.header.stamp.nanosec = 1_000_000_000
+    with pytest.raises(InvalidInput) as caught:
+        update_of_message(message, Settings())
+    assert caught.value.field == "header.stamp.nanosec"
+
+
+@pytest.fixture
+def environment() -> Environment:
+    made = Environment()
+    made.update(SurfaceUpdate((SurfaceEntry(id="a", vertices=SQUARE),)), max_surfaces=1)
+    return made
+
+
+@pytest.fixture
+def request_made() -> PlanRequest:
+    return PlanRequest(
+        start=Placement.parse((0.0, 0.1, 0.6)),
+        goal=Placement.parse((1.0, 0.2, 0.7), TURNED),
+        bounds=RootBounds(np.array([-1.0, -2.0, 0.1]), np.array([3.0, 4.0, 1.0]), np.full(3, 0.9)),
+        required=LIMBS,
+        start_limbs=LIMBS[:3],
+        robustness_threshold=5.0,
+        seed=11,
+    )
+
+
+def test_request_survives_the_messages(request_made: PlanRequest, environment: Environment) -> None:
+    message = across(request_message(request_made, "anymal", 12.0))
+    job = job_of_message(message, Settings(), environment)
+    assert (job.robot, job.time_limit) == ("anymal", 12.0)
+    assert job.snapshot is environment.snapshot
+    again = job.request
+    assert np.array_equal(again.goal.position, request_made.goal.position)
+    assert np.allclose(again.goal.orientation, request_made.goal.orientation)
+    assert np.array_equal(again.bounds.low, request_made.bounds.low)
+    assert np.array_equal(again.bounds.half_ranges, request_made.bounds.half_ranges)
+    assert (again.required, again.start_limbs) == (LIMBS, LIMBS[:3])
+    assert (again.seed, again.robustness_threshold) == (11, 5.0)
+
+
+def test_defaults_of_a_request(request_made: PlanRequest, environment: Environment) -> None:
+    settings = parse_settings({"time_limit": 5.0, "robustness_threshold": 8.0})
+    message = type(request_message(request_made, "", 0.0))()
+    job = job_of_message(message, settings, environment)
+    assert (job.time_limit, job.request.robustness_threshold) == (5.0, 8.0)
+    assert job.request.required == job.request.start_limbs == LIMBS
+    assert job.request.bounds.low.tolist() == [-1.0, -1.0, -1.0]
+    assert job.request.bounds.high.tolist() == [3.0, 3.0, 1.0]
+
+
+def test_derived_bounds_hold_a_goal_that_is_turned() -> None:
+    start, goal = Placement.parse((0, 0, 0)), Placement.parse((1, 0, 0), TURNED)
+    bounds = derived_bounds(start, goal, (), BoundsRule(margin=0.5))
+    assert bounds.half_ranges == pytest.approx([0.6, 0.3, 0.3])
+
+
+def test_results() -> None:
+    success = result_message()
+    assert (success.code, success.state, success.fraction) == (PlanningResult.SUCCESS, -1, 1.0)
+    failure = failure_of(InvalidInput("a.b", [math.nan] * 1000, "must be finite"))
+    message = across(result_message(failure))
+    assert (message.code, message.field) == (PlanningResult.INVALID_INPUT, "a.b")
+    assert len(message.value) < 300
+    assert failure_of(ZeroDivisionError("x")) == Failure(
+        failure_of(ZeroDivisionError("x")).code, "a fault of the planner: ZeroDivisionError: x"
+    )

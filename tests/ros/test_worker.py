@@ -1,0 +1,161 @@
+"""The planning process as the node sees it, without ROS."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from concurrent.futures import CancelledError, Future
+from concurrent.futures import TimeoutError as NotYet
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rbprm_core.budget import Progress
+from rbprm_core.errors import Cancelled, ErrorCode
+from rbprm_core.guide.space import RootBounds
+from rbprm_core.placement import Placement
+from rbprm_core.plan import ContactPlan, SurfaceEntry
+from rbprm_core.request import PlanRequest
+from rbprm_ros.environment import Environment, Snapshot, SurfaceUpdate
+from rbprm_ros.failure import PlanningFailed
+from rbprm_ros.jobs import Job
+from rbprm_ros.worker import PlanningWorker
+
+LIMBS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
+TIMEOUT = 60.0
+
+
+def ignore(_: Progress) -> None:
+    """Not interested."""
+
+
+def strip(identity: str, low: float, high: float) -> SurfaceEntry:
+    """Ground between two values of x."""
+    corners = ((low, -3.0, 0.0), (high, -3.0, 0.0), (high, 3.0, 0.0), (low, 3.0, 0.0))
+    return SurfaceEntry(id=identity, vertices=corners)
+
+
+def snapshot(*entries: SurfaceEntry) -> Snapshot:
+    """Surfaces as the node holds them."""
+    return Environment().update(SurfaceUpdate(entries), max_surfaces=10)
+
+
+def job(identity: str, surfaces: Snapshot, goal: float) -> Job:
+    """HyQ from x = 0 to a goal."""
+    request = PlanRequest(
+        start=Placement.parse((0, 0, 0.6)),
+        goal=Placement.parse((goal, 0, 0.6)),
+        bounds=RootBounds(np.array([-2, -2, 0]), np.array([9, 2, 2]), np.full(3, 0.3)),
+        required=LIMBS,
+        start_limbs=LIMBS,
+        robustness_threshold=10.0,
+    )
+    return Job(identity, "hyq", request, TIMEOUT, surfaces)
+
+
+@pytest.fixture(scope="module")
+def worker() -> Iterator[PlanningWorker]:
+    made = PlanningWorker("hyq", ignore)
+    made.prepare().result(TIMEOUT)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def walk() -> Job:
+    return job("walk", snapshot(strip("ground", -2, 9)), 1.0)
+
+
+@pytest.fixture
+def search() -> Job:
+    """A job that finds nothing and does not end."""
+    return job("search", snapshot(strip("here", -2, 1), strip("there", 4, 9)), 6.0)
+
+
+class Started:
+    """A report that can be waited for."""
+
+    def __init__(self) -> None:
+        self.stages: list[str] = []
+
+    def __call__(self, progress: Progress) -> None:
+        self.stages.append(progress.stage)
+
+    def wait(self, stage: str) -> None:
+        end = time.monotonic() + TIMEOUT
+        while stage not in self.stages:
+            assert time.monotonic() < end
+            time.sleep(0.002)
+
+
+def planned(future: Future[ContactPlan | None]) -> ContactPlan:
+    plan = future.result(TIMEOUT)
+    assert plan is not None
+    return plan
+
+
+def test_plan_holds_the_surfaces_as_they_were_received(worker: PlanningWorker, walk: Job) -> None:
+    report = Started()
+    plan = planned(worker.submit(walk, report))
+    assert walk.snapshot is not None
+    assert plan.environment == walk.snapshot.entry
+    assert plan.states
+    assert report.stages[0] == "start"
+    assert report.stages[-1] == "sequence"
+
+
+def test_new_surfaces_reach_a_process_that_held_others(worker: PlanningWorker, walk: Job) -> None:
+    planned(worker.submit(walk, ignore))
+    edited = snapshot(strip("other", -2, 9))
+    assert walk.snapshot is not None
+    edited = replace(edited, version=walk.snapshot.version + 1)
+    plan = planned(worker.submit(replace(walk, snapshot=edited), ignore))
+    assert {contact.surface for state in plan.states for contact in state.contacts} == {"other"}
+    again = planned(worker.submit(replace(walk, snapshot=edited), ignore))
+    assert again.states == plan.states
+
+
+def test_cancel_of_a_running_job_takes_less_than_100_ms(
+    worker: PlanningWorker, search: Job
+) -> None:
+    search = replace(search, snapshot=replace(search.snapshot, version=100))  # type: ignore[type-var]
+    report = Started()
+    future = worker.submit(search, report)
+    report.wait("guide")
+    started = time.monotonic()
+    worker.cancel(future)
+    with pytest.raises(PlanningFailed) as caught:
+        future.result(TIMEOUT)
+    assert time.monotonic() - started < 0.1
+    assert caught.value.failure.code is ErrorCode.CANCELLED
+
+
+def test_cancel_of_a_waiting_job(worker: PlanningWorker, search: Job, walk: Job) -> None:
+    report = Started()
+    running = worker.submit(replace(search, snapshot=replace(search.snapshot, version=101)), report)  # type: ignore[type-var]
+    waiting = worker.submit(walk, ignore)
+    worker.cancel(waiting)
+    with pytest.raises(CancelledError):
+        waiting.result(1.0)
+    with pytest.raises((NotYet, TimeoutError)):
+        running.result(0.1)
+    worker.cancel(running)
+    with pytest.raises(PlanningFailed):
+        running.result(TIMEOUT)
+
+
+def test_close_ends_all_work(search: Job, walk: Job) -> None:
+    worker = PlanningWorker("hyq", ignore)
+    report = Started()
+    running, waiting = worker.submit(search, report), worker.submit(walk, ignore)
+    report.wait("guide")
+    worker.close()
+    for future in (running, waiting):
+        assert isinstance(future.exception(0), Cancelled)
+
+
+def test_robot_that_cannot_be_loaded_is_told(worker: PlanningWorker, walk: Job) -> None:
+    with pytest.raises(PlanningFailed) as caught:
+        worker.submit(replace(walk, robot="spot"), ignore).result(TIMEOUT)
+    assert (caught.value.failure.code, caught.value.failure.field) == (2, "robot")
