@@ -130,6 +130,18 @@ def anymal_data(cache: Path) -> RobotData:
 
 
 @pytest.fixture(scope="session")
+def talos(cache: Path) -> Robot:
+    """Talos as the package describes it, but for fewer samples: its data take seconds."""
+    return Robot.load(fewer_samples(load_description("talos"), 5000, 5000))
+
+
+@pytest.fixture(scope="session")
+def talos_data(talos: Robot) -> RobotData:
+    """Talos's data, computed once a session."""
+    return load_robot_data(talos)
+
+
+@pytest.fixture(scope="session")
 def toy_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A user's own robot: primitives, no SRDF, front legs on a joint planned with the root."""
     folder = tmp_path_factory.mktemp("toy")

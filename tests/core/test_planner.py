@@ -108,6 +108,35 @@ def test_another_robot_crosses_the_rubble(
     assert_clean(contact_plan(outcome, request, anymal_data.robot, rubble.environment_entry()))
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("name", ["flat", "step20"])
+def test_a_humanoid_walks_and_climbs_cleanly(talos_data: RobotData, name: str, seed: int) -> None:
+    text = load_scenario(name)
+    request = text.request_for(talos_data.robot, seed)
+    outcome = plan(request, talos_data, text.scene(), Budget(60.0))
+    found = contact_plan(outcome, request, talos_data.robot, text.environment_entry())
+    assert_clean(found)
+    assert found.states[-1].root.position == pytest.approx(request.goal.position)
+    contacts = [contact for state in found.states for contact in state.contacts]
+    assert all(contact.type == "planar" and len(contact.points) == 4 for contact in contacts)
+    if name == "step20":
+        assert {contact.surface for contact in contacts} == {"ground", "step"}
+
+
+def test_a_humanoids_plan_is_the_same_again(talos_data: RobotData) -> None:
+    text = load_scenario("step20")
+    request = text.request_for(talos_data.robot, 5)
+    one, other = (plan(request, talos_data, text.scene(), Budget(60.0)) for _ in range(2))
+    assert np.array_equal(one.guide.nodes, other.guide.nodes)
+    assert len(one.states) == len(other.states)
+    for here, there in zip(one.states, other.states, strict=True):
+        assert np.array_equal(here.q, there.q)
+        assert here.robustness == there.robustness
+        for contact, same in zip(here.contacts, there.contacts, strict=True):
+            assert (contact.limb, contact.surface) == (same.limb, same.surface)
+            assert np.array_equal(contact.points, same.points)
+
+
 def test_a_users_own_robot_walks(toy_data: RobotData, flat_scene: Scene) -> None:
     limbs = tuple(limb.name for limb in toy_data.robot.limbs)
     height = toy_data.height + 0.01

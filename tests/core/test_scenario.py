@@ -19,6 +19,15 @@ NAN, INF = float("nan"), float("inf")
 SQUARE = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]
 
 
+THRESHOLDS = {"hyq": 10.0, "talos": 2.0}
+
+
+@pytest.fixture(scope="module")
+def robots(hyq: Robot, talos: Robot) -> dict[str, Robot]:
+    """The robots that the package's scenarios are for."""
+    return {"hyq": hyq, "talos": talos}
+
+
 def content(**request: Any) -> dict[str, Any]:
     """A small scenario on one polygon, with some of its request replaced."""
     return {
@@ -52,13 +61,14 @@ def changed(path: str, value: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("name", sorted(known_scenarios()))
-def test_the_scenarios_of_the_package_are_good(name: str, hyq: Robot) -> None:
+def test_the_scenarios_of_the_package_are_good(name: str, robots: dict[str, Robot]) -> None:
     text = load_scenario(name)
     assert text.name == name
-    request = text.request_for(hyq, seed=3)
+    robot = robots[text.robot]
+    request = text.request_for(robot, seed=3)
     assert request.seed == 3
-    assert request.required == request.start_limbs == tuple(limb.name for limb in hyq.limbs)
-    assert request.robustness_threshold == 10.0
+    assert request.required == request.start_limbs == tuple(limb.name for limb in robot.limbs)
+    assert request.robustness_threshold == THRESHOLDS[text.robot]
     assert (request.bounds.low <= request.start.position).all()
     assert (request.bounds.high >= request.goal.position).all()
     kinds = [surface.kind for surface in text.scene().surfaces]

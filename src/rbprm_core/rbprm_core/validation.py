@@ -26,9 +26,28 @@ def parse_record(kind: type[Model], data: object, prefix: str = "") -> Model:
         return kind.model_validate(data)
     except ValidationError as error:
         first = error.errors()[0]
-        path = ".".join(str(part) for part in first["loc"])
-        field = ".".join(part for part in (prefix, path) if part) or kind.__name__
-        raise InvalidInput(field, first["input"], first["msg"]) from error
+        path, value = _place(data, first["loc"]), first["input"]
+        if first["type"].startswith("union_tag"):
+            path.append(first["ctx"]["discriminator"].strip("'"))
+            value = first["ctx"].get("tag", value)
+        field = ".".join(part for part in (prefix, *path) if part) or kind.__name__
+        raise InvalidInput(field, value, first["msg"]) from error
+
+
+def _place(data: object, location: tuple[int | str, ...]) -> list[str]:
+    """Keys that lead to a failure: pydantic's, without the tags of unions, which are no keys."""
+    path, place = [], data
+    for i, part in enumerate(location):
+        if isinstance(place, dict):
+            if part not in place and i + 1 < len(location):
+                continue
+            place = place.get(part)
+        elif isinstance(place, (list, tuple)) and isinstance(part, int) and part < len(place):
+            place = place[part]
+        else:
+            place = None
+        path.append(str(part))
+    return path
 
 
 def finite_array(field: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:

@@ -26,7 +26,7 @@ def foot(data: RobotData, q: Array, limb: int) -> Array:
     this = data.robot.limbs[limb]
     scratch = data.robot.model.createData()
     pin.framesForwardKinematics(data.robot.model, scratch, q)
-    return np.asarray(scratch.oMf[this.frame].act(this.center)).copy()
+    return np.asarray(scratch.oMf[this.frame].act(this.contact.translation)).copy()
 
 
 def standing(data: RobotData, height: float) -> Array:

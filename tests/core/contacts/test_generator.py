@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rbprm_core.contacts import Contact, ContactGenerator, State, start_state
-from rbprm_core.contacts.generator import GeneratorOptions
 from rbprm_core.contacts.look_ahead import LookAhead
+from rbprm_core.contacts.options import GeneratorOptions
 from rbprm_core.errors import InvalidInput
 from rbprm_core.robot import Robot
 from rbprm_core.robot.data import RobotData
@@ -38,9 +38,9 @@ def placed(robot: Robot, root: Array) -> Array:
 
 def foot(robot: Robot, q: Array, limb: int) -> Array:
     """Centre of a foot's ball in the world."""
-    data = robot.model.createData()
+    data, this = robot.model.createData(), robot.limbs[limb]
     pin.framesForwardKinematics(robot.model, data, q)
-    return np.asarray(data.oMf[robot.limbs[limb].frame].act(robot.limbs[limb].center)).copy()
+    return np.asarray(data.oMf[this.frame].act(this.contact.translation)).copy()
 
 
 def standing(generator: ContactGenerator, root: Array) -> State:

@@ -138,7 +138,7 @@ def test_every_state_is_inside_the_limits_and_on_its_contacts(
             pin.framesForwardKinematics(hyq.model, data, state.q)
             for contact in state.contacts:
                 limb = hyq.limbs[contact.limb]
-                centre = data.oMf[limb.frame].act(limb.center)
+                centre = data.oMf[limb.frame].act(limb.contact.translation)
                 wanted = contact.position + limb.radius * contact.normal
                 assert np.linalg.norm(centre - wanted) < 1e-4
 

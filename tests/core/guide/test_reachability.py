@@ -76,7 +76,7 @@ def test_on_the_plane_it_is_what_the_corners_say(
     rotation = pin.exp3(rng.uniform(-0.3, 0.3, 3))
     position = np.array([0, 0, rng.uniform(0.1, 1.2)])
     root = np.concatenate([position, pin.Quaternion(rotation).coeffs()])
-    trunk = np.concatenate(hyq_data.trunk) @ rotation.T + position
+    trunk = np.concatenate([piece.corners for piece in hyq_data.trunk]) @ rotation.T + position
     lowest = [
         (corners @ rotation.T + position)[:, 2] for corners in hyq_data.workspaces
     ]  # HyQ's legs hang on the root joint itself
@@ -116,7 +116,7 @@ def test_inside_an_obstacle(hyq_data: RobotData, make_box: Box) -> None:
 
 
 def test_a_bigger_trunk_needs_more_room(hyq_data: RobotData, flat_scene: Scene) -> None:
-    lowest = float(np.concatenate(hyq_data.trunk)[:, 2].min())
+    lowest = float(np.concatenate([piece.corners for piece in hyq_data.trunk])[:, 2].min())
     just = Reachability(hyq_data, flat_scene, ())
     assert just.holds(at(0, 0, -lowest + 1e-3))
     assert not just.holds(at(0, 0, -lowest - 1e-3))

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import coal
 import numpy as np
+import pinocchio as pin
 import pytest
 from numpy.typing import NDArray
 
 from rbprm_core.robot import Robot
 from rbprm_core.robot.bodies import convex, find_exact_pairs, make_bodies, pair_test
 from rbprm_core.robot.data import RobotData
+from rbprm_core.robot.model import ROOT_JOINT
 
 Array = NDArray[np.float64]
 
@@ -93,6 +95,41 @@ def test_pairs_of_a_limb(toy_data: RobotData) -> None:
     by_limb = {pair for k in range(4) for pair in bodies.limb_pairs(k, others=True)}
     root = set(bodies.limb_pairs(-1, others=False))
     assert by_limb | root == {(int(a), int(b)) for a, b in bodies.self_pairs}
+
+
+@pytest.mark.parametrize("moving", [(), ("torso_1_joint",), ("torso_1_joint", "torso_2_joint")])
+def test_what_moves_with_one_joint_is_a_rigid_group(talos: Robot, moving: tuple[str, ...]) -> None:
+    robot = Robot.load(talos.description.model_copy(update={"root_joints": moving}))
+    bodies = make_bodies(robot, np.zeros(len(robot.geometry.collisionPairs), dtype=bool))
+    mine = np.flatnonzero(bodies.owner == -1)
+    joints = {ROOT_JOINT, *(robot.model.getJointId(name) for name in moving)}
+    assert set(bodies.group[mine]) <= joints
+    rng = np.random.default_rng(0)
+    places = np.array([placements(robot, bodies.objects, rng) for _ in range(4)])
+    apart = 0
+    for first, second in bodies.self_pairs:
+        if {bodies.owner[first], bodies.owner[second]} != {-1}:
+            continue
+        relative = np.linalg.inv(places[:, first]) @ places[:, second]
+        rigid = bool(np.ptp(relative, axis=0).max() < 1e-9)
+        assert rigid == (bodies.group[first] == bodies.group[second])
+        listed = (int(first), int(second)) in bodies.limb_pairs(-1, others=False)
+        assert listed == (not rigid)
+        apart += not rigid
+    assert (apart > 0) == (len(moving) > 0)
+
+
+def placements(
+    robot: Robot, objects: tuple[pin.GeometryObject, ...], rng: np.random.Generator
+) -> list[Array]:
+    """Placements (4, 4) of objects at a random configuration of the root and its joints."""
+    q = robot.reference.copy()
+    with_root = robot.root_index[7:]
+    q[with_root] = rng.uniform(robot.low[with_root], robot.high[with_root])
+    q[:3] = rng.uniform(-1, 1, 3)
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, q)
+    return [(data.oMi[body.parentJoint] * body.placement).homogeneous for body in objects]
 
 
 def test_primitives_need_no_meshes(toy_data: RobotData) -> None:

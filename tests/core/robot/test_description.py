@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,11 @@ import pytest
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.robot import RobotDescription, known_robots, load_description
+from rbprm_core.robot.description import PlanarContact, PointContact
 from rbprm_core.validation import parse_record
 from rbprm_core.vocabulary import SurfaceKind
+
+LIMBS = {"hyq": 4, "anymal": 4, "talos": 2}
 
 
 def content() -> dict[str, Any]:
@@ -22,11 +26,11 @@ def content() -> dict[str, Any]:
 def test_the_robots_of_the_package_are_good(name: str) -> None:
     text = load_description(name)
     assert text.name == name
-    assert len(text.limbs) == 4
+    assert len(text.limbs) == LIMBS[name]
 
 
-def test_hyq_and_anymal_come_with_the_package() -> None:
-    assert {"hyq", "anymal"} <= set(known_robots())
+def test_hyq_anymal_and_talos_come_with_the_package() -> None:
+    assert set(LIMBS) <= set(known_robots())
 
 
 def test_a_users_own_file_by_path(tmp_path: Path) -> None:
@@ -41,7 +45,26 @@ def test_defaults() -> None:
     text = RobotDescription.model_validate(content())
     assert text.limbs[0].surfaces == (SurfaceKind.SUPPORT,)
     assert text.root_joints == ()
+    assert isinstance(text.limbs[0].contact, PointContact)
     assert text.limbs[0].contact.center == (0, 0, 0)
+
+
+def test_a_patch_lies_at_its_effector_unless_told_otherwise() -> None:
+    data = changed("limbs.0.contact", {"type": "planar", "half_size": [0.1, 0.065]})
+    contact = RobotDescription.model_validate(data).limbs[0].contact
+    assert isinstance(contact, PlanarContact)
+    assert contact.half_size == (0.1, 0.065)
+    assert (contact.position, contact.orientation) == ((0, 0, 0), (0, 0, 0, 1))
+
+
+def test_the_documented_contacts_are_contacts() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "robot_file.md").read_text()
+    written = re.findall(r"^contact = .*$", page, re.MULTILINE)
+    kinds = []
+    for line in written:
+        data = changed("limbs.0.contact", tomllib.loads(line)["contact"])
+        kinds.append(RobotDescription.model_validate(data).limbs[0].contact.type)
+    assert sorted(set(kinds)) == ["planar", "point"]
 
 
 @pytest.mark.parametrize("name", ["unicorn", "/no/such/robot.toml", ""])
@@ -108,6 +131,32 @@ def test_a_bad_value_names_its_field(field: str, value: Any) -> None:
     with pytest.raises(InvalidInput) as caught:
         parse_record(RobotDescription, changed(field, value), "robot")
     assert caught.value.field.startswith(f"robot.{field}")
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "field"),
+    [
+        ("half_size", [0.1], "half_size.1"),
+        ("half_size", [0.1, 0.0], "half_size.1"),
+        ("half_size", [float("nan"), 0.1], "half_size.0"),
+        ("position", [0.0, 0.0], "position.2"),
+        ("orientation", [0.0, 0.0, 1.0], "orientation.3"),
+        ("radius", 0.1, "radius"),
+        ("type", "suction", "type"),
+        ("type", None, "type"),
+    ],
+)
+def test_a_bad_value_of_a_patch_names_its_field(key: str, value: Any, field: str) -> None:
+    contact = {"type": "planar", "half_size": [0.1, 0.065], key: value}
+    with pytest.raises(InvalidInput) as caught:
+        parse_record(RobotDescription, changed("limbs.1.contact", contact), "robot")
+    assert caught.value.field == f"robot.limbs.1.contact.{field}"
+
+
+def test_a_contact_without_a_type() -> None:
+    with pytest.raises(InvalidInput, match="type") as caught:
+        parse_record(RobotDescription, changed("limbs.1.contact", {"radius": 0.1}), "robot")
+    assert caught.value.field == "robot.limbs.1.contact.type"
 
 
 def test_a_missing_field_is_named() -> None:

@@ -84,7 +84,7 @@ def test_a_limbs_own_kinematics_are_the_robots(
     pin.framesForwardKinematics(robot.model, data, q)
     for limb in robot.limbs:
         base = data.oMi[limb.base]
-        wanted = base.actInv(data.oMf[limb.frame].act(limb.center))
+        wanted = base.actInv(data.oMf[limb.frame].act(limb.contact.translation))
         joints = q[limb.q_index]
         position, jacobian = limb.kinematics.position_and_jacobian(joints)
         assert position == pytest.approx(wanted, abs=1e-9)

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rbprm_core.errors import Cancelled, InvalidInput
 from rbprm_core.robot import Robot, RobotDescription, load_description
 from rbprm_core.robot.bodies import make_bodies, pair_test
 from rbprm_core.robot.data import RobotData, load_robot_data
-from rbprm_core.robot.sampling import sample_limb
+from rbprm_core.robot.sampling import MOST_TILT, sample_limb, turned_onto
+from rbprm_core.vocabulary import SurfaceKind
 
 Array = NDArray[np.float64]
 
@@ -22,7 +26,7 @@ def nothing(share: float) -> None:
     assert 0 <= share <= 1
 
 
-@pytest.mark.parametrize("which", ["hyq_data", "toy_data", "anymal_data"])
+@pytest.mark.parametrize("which", ["hyq_data", "toy_data", "anymal_data", "talos_data"])
 def test_samples_are_valid_configurations(which: str, request: pytest.FixtureRequest) -> None:
     data: RobotData = request.getfixturevalue(which)
     robot = data.robot
@@ -32,7 +36,7 @@ def test_samples_are_valid_configurations(which: str, request: pytest.FixtureReq
     scratch = robot.model.createData()
     rng = np.random.default_rng(0)
     for limb, database in zip(robot.limbs, data.databases, strict=True):
-        assert len(database.joints) == limb.samples
+        assert len(database.joints) == limb.samples or limb.planar
         assert (database.joints >= limb.low).all()
         assert (database.joints <= limb.high).all()
         others = {j for other in robot.limbs if other is not limb for j in other.joints}
@@ -44,9 +48,48 @@ def test_samples_are_valid_configurations(which: str, request: pytest.FixtureReq
             q[limb.q_index] = database.joints[i]
             pin.framesForwardKinematics(robot.model, scratch, q)
             base = scratch.oMi[limb.base]
-            wanted = base.actInv(scratch.oMf[limb.frame].act(limb.center))
-            assert database.positions[i] == pytest.approx(wanted, abs=1e-9)
+            wanted = base.actInv(scratch.oMf[limb.frame] * limb.contact)
+            assert database.positions[i] == pytest.approx(wanted.translation, abs=1e-9)
+            assert database.rotations[i] == pytest.approx(wanted.rotation, abs=1e-9)
             assert not (collide(q) & own).any()
+
+
+def test_samples_of_a_flat_foot_face_up(talos_data: RobotData) -> None:
+    steepest = np.arctan(np.hypot(MOST_TILT, MOST_TILT))
+    for database in talos_data.databases:
+        assert len(database.joints) > 500
+        normals = database.rotations[:, :, 2]
+        assert normals[:, 2].min() >= np.cos(steepest) - 1e-4
+        assert (np.abs(normals[:, :2].mean(axis=0)) < 0.05).all()
+        assert np.ptp(np.arctan2(database.rotations[:, 1, 0], database.rotations[:, 0, 0])) > 1.0
+        whole = np.tile(np.eye(3), (len(normals), 1, 1))
+        assert database.rotations @ np.swapaxes(database.rotations, 1, 2) == pytest.approx(whole)
+
+
+def test_samples_of_a_patch_for_walls_face_sideways(talos_data: RobotData) -> None:
+    robot = talos_data.robot
+    leaning = replace(robot.limbs[0], surfaces=(SurfaceKind.LEAN,))
+    able = replace(robot, limbs=(leaning, robot.limbs[1]))
+    rng = np.random.default_rng(0)
+    found = sample_limb(able, talos_data.bodies, leaning, 4000, rng, nothing)
+    normals = found.rotations[:, :, 2]
+    assert np.abs(normals[:, 2]).max() <= np.sin(np.arctan(MOST_TILT)) + 1e-4
+
+
+@settings(max_examples=200)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_turned_onto_is_the_least_proper_rotation(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    rotation = pin.exp3(rng.uniform(-2, 2, 3))
+    normal = rng.normal(size=3)
+    normal /= np.linalg.norm(normal)
+    angle = np.arccos(np.clip(rotation[:, 2] @ normal, -1, 1))
+    for wanted, least in ((normal, angle), (rotation[:, 2], 0.0), (-rotation[:, 2], np.pi)):
+        found = turned_onto(rotation, wanted)
+        assert found[:, 2] == pytest.approx(wanted)
+        assert found @ found.T == pytest.approx(np.eye(3))
+        assert np.linalg.det(found) == pytest.approx(1)
+        assert np.linalg.norm(pin.log3(found @ rotation.T)) == pytest.approx(least, abs=1e-5)
 
 
 def test_manipulability_is_the_root_of_the_determinant(hyq_data: RobotData) -> None:
@@ -141,7 +184,11 @@ def same_data(a: RobotData, b: RobotData) -> None:
     for one, other in zip(a.databases, b.databases, strict=True):
         assert np.array_equal(one.joints, other.joints)
         assert np.array_equal(one.positions, other.positions)
+        assert np.array_equal(one.rotations, other.rotations)
         assert np.array_equal(one.grams, other.grams)
-    for here, there in zip((*a.workspaces, *a.trunk), (*b.workspaces, *b.trunk), strict=True):
+    for here, there in zip(a.workspaces, b.workspaces, strict=True):
         assert np.array_equal(here, there)
+    for piece, same in zip(a.trunk, b.trunk, strict=True):
+        assert piece.joint == same.joint
+        assert np.array_equal(piece.corners, same.corners)
     assert np.array_equal(a.bodies.self_pairs, b.bodies.self_pairs)

@@ -14,6 +14,7 @@ from scipy.spatial import ConvexHull
 from rbprm_core.errors import InvalidInput
 from rbprm_core.robot import Robot, load_description
 from rbprm_core.robot.data import RobotData
+from rbprm_core.robot.model import ROOT_JOINT
 from rbprm_core.robot.volumes import reachable_workspace, simplify, trunk_volume
 
 Array = NDArray[np.float64]
@@ -71,7 +72,9 @@ def test_the_faces_are_those_of_the_workspaces(hyq_data: RobotData) -> None:
 
 
 def test_the_trunk_contains_its_links_and_grows_with_s(hyq: Robot) -> None:
-    (plain,), (scaled,) = trunk_volume(hyq, 1.0), trunk_volume(hyq, 1.2)
+    (small,), (large,) = trunk_volume(hyq, 1.0), trunk_volume(hyq, 1.2)
+    assert small.joint == large.joint == ROOT_JOINT
+    plain, scaled = small.corners, large.corners
     trunk = next(g for g in hyq.geometry.geometryObjects if g.name.startswith("trunk"))
     vertices = np.array([trunk.placement.act(v) for v in np.asarray(trunk.geometry.vertices())])
     assert beyond(vertices, plain) < 1e-6
@@ -82,8 +85,23 @@ def test_the_trunk_contains_its_links_and_grows_with_s(hyq: Robot) -> None:
 
 def test_a_box_is_its_corners(toy_data: RobotData) -> None:
     (piece,) = toy_data.trunk
-    assert np.abs(piece) == pytest.approx(np.tile([0.25, 0.12, 0.06], (8, 1)))
-    assert len(np.unique(np.sign(piece), axis=0)) == 8
+    assert piece.joint == ROOT_JOINT
+    assert np.abs(piece.corners) == pytest.approx(np.tile([0.25, 0.12, 0.06], (8, 1)))
+    assert len(np.unique(np.sign(piece.corners), axis=0)) == 8
+
+
+def test_a_piece_moves_with_the_joint_that_is_planned_with_the_root(talos: Robot) -> None:
+    text = talos.description
+    volumes = text.volumes.model_copy(update={"trunk_links": ("base_link", "torso_2_link")})
+    own = text.model_copy(update={"volumes": volumes})
+    with pytest.raises(InvalidInput, match="moves against the root") as caught:
+        trunk_volume(Robot.load(own), 1.0)
+    assert caught.value.value == "torso_2_link"
+    turning = {"root_joints": ("torso_1_joint", "torso_2_joint")}
+    robot = Robot.load(own.model_copy(update=turning))
+    joints = [piece.joint for piece in trunk_volume(robot, 1.0)]
+    assert joints == sorted(joints)
+    assert set(joints) == {ROOT_JOINT, robot.model.getJointId("torso_2_joint")}
 
 
 @pytest.mark.parametrize(

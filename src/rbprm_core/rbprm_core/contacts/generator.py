@@ -74,16 +74,16 @@ class ContactGenerator:
         """
         least = self.threshold if threshold is None else threshold
         reason = "no candidate near a surface"
+        unsteady = []
         for trial, contact in self._placed(q, limb, others, ahead, replaced):
-            reason = "equilibrium" if reason == "equilibrium" else "kinematics"
+            reason = "kinematics"
             value = self.robustness(trial, [*others, contact])
             if value < least:
-                reason = "equilibrium"
-                continue
-            with self.tally.timed("collision"):
-                free = self.collision.limb_free(trial, limb, contact.normal)
-            if free:
+                unsteady.append((trial, contact))
+            elif self._clear(trial, contact):
                 return trial, contact, value
+        if any(self._clear(trial, contact) for trial, contact in unsteady):
+            return "equilibrium"
         return reason
 
     def maintain(self, q: Array, contact: Contact) -> Array | None:
@@ -134,6 +134,10 @@ class ContactGenerator:
     ) -> State:
         """The state of a configuration whose robustness is known."""
         return State(q, tuple(contacts), tuple(free), self.com(q), value)
+
+    def _clear(self, q: Array, contact: Contact) -> bool:
+        with self.tally.timed("collision"):
+            return self.collision.limb_free(q, contact.limb, contact.normal)
 
     def _forward(self, q: Array) -> None:
         pin.forwardKinematics(self.robot.model, self._data, q)

@@ -71,9 +71,10 @@ def sample_limb(
         drawn[i] = q[limb.q_index] = fitted
         valid[i] = not pin.computeCollisions(robot.model, data, geometry, scratch, q, True)
     if valid.sum() < LEAST_VALID:
+        faced = "face a surface and " if limb.planar else ""
         reason = (
-            f"only {valid.sum()} of {draws} random configurations are free of self-collision: "
-            "check the SRDF's disabled pairs and joint_ranges"
+            f"only {valid.sum()} of {draws} random configurations {faced}are free of "
+            "self-collision: check the SRDF's disabled pairs and joint_ranges"
         )
         raise InvalidInput(f"limbs.{limb.name}", limb.effector, reason)
     kept = drawn[valid]
