@@ -98,7 +98,7 @@ def test_a_patch_lies_inside_its_surface_as_a_whole(
     scene = one_surface(name, np.array([*rng.uniform(-0.15, 0.15, 2), rng.uniform(-3, 3)]))
     finder = FootholdFinder(talos_data, scene, OPTIONS)
     plane, shape = scene.surfaces[0].polygon.plane, flat_shape(scene)
-    x, y = talos_data.robot.limbs[limb].half_size
+    x, y = talos_data.robot.limbs[limb].corners[0, :2]
     for contact in contacts_of(talos_data, finder, limb, over(talos_data, rng))[0]:
         assert contact.points.shape == (4, 3)
         assert contact.generators.shape == (4, 4, 3)
