@@ -29,9 +29,9 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
-from rich.table import Table
 
-from rbprm_core.check import CheckReport, check_plan
+from rbprm_core.check import check_plan
+from rbprm_core.cli.plan import summary
 from rbprm_core.errors import RbprmError
 from rbprm_core.plan import ContactPlan
 from rbprm_core.robot import Robot, load_description
@@ -213,20 +213,6 @@ def run(scenario: Scenario, name: str, seed: int, folder: Path, console: Console
     return plan
 
 
-def summary(plan: ContactPlan, report: CheckReport) -> Table:
-    """The plan in a few rows."""
-    seconds = plan.statistics.time
-    table = Table(title=f"{plan.environment.name}: {plan.robot.name}", show_header=False)
-    for phase in ("guide", "shortcut", "sequence", "total"):
-        table.add_row(f"time, {phase}", f"{1000 * seconds[phase]:.0f} ms")
-    table.add_row("states", f"{report.states}, {report.transitions} contact transitions")
-    threshold = plan.request.robustness_threshold
-    table.add_row("least robustness", f"{report.least_robustness:.1f} N (asked: {threshold:g} N)")
-    verdict = "valid" if report.valid else f"INVALID: {len(report.violations)} violations"
-    table.add_row("independent check", verdict)
-    return table
-
-
 def main() -> None:
     """Run the demo; exit code 0 if the plan is there and valid."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
@@ -243,7 +229,7 @@ def main() -> None:
         plan = run(scenario, arguments.scenario, arguments.seed, folder, console)
         with console.status("checking"):
             report = check_plan(plan)
-        console.print(summary(plan, report))
+        console.print(summary(plan, "valid" if report.valid else "INVALID"))
         for violation in report.violations:
             console.print(str(violation), style="red", markup=False)
         with console.status("drawing"):

@@ -538,6 +538,7 @@ INVALID: list[tuple[str, Any, str]] = [
     ("environment.meshes", [], "environment"),
     ("request.gravity", [0, 0, 0], "request.gravity"),
     ("states.3.contacts.0.frame", "left_wing", "states.3.contacts.0.frame"),
+    ("states.3.contacts.0.frame", "universe", "states.3.contacts.0.frame"),
     ("states.1.joints", [0.0], "states.1.joints"),
     ("states.2.root.orientation", [0, 0, 0, 0], "states.2.root"),
 ]

@@ -74,13 +74,15 @@ class Robot:
         """Index of a frame; a link's where a link and a joint share the name.
 
         Raises:
-            InvalidInput: the URDF has no such frame.
+            InvalidInput: the URDF has no such frame, or it is the world's.
         """
-        if self.model.existFrame(name, pin.BODY):
-            return int(self.model.getFrameId(name, pin.BODY))
         if not self.model.existFrame(name):
             raise InvalidInput(field, name, f"is no frame of {self.urdf}")
-        return int(self.model.getFrameId(name))
+        is_link = self.model.existFrame(name, pin.BODY)
+        index = self.model.getFrameId(name, pin.BODY) if is_link else self.model.getFrameId(name)
+        if self.model.frames[index].parentJoint == 0:
+            raise InvalidInput(field, name, "is a frame of the world, not of the robot")
+        return int(index)
 
     def standing_link(self, frame: int) -> int:
         """Frame index of the link that stands on a contact of `frame`.
