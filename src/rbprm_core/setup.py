@@ -10,7 +10,7 @@ setup(
     description="Reachability-based acyclic multi-contact planning for legged robots",
     license="BSD-3-Clause",
     maintainer="rbprm maintainers",
-    maintainer_email="maintainers@users.noreply.h-seed-f332d016.example",
+    maintainer_email="rbprm-maintainers@example.org",
     python_requires=">=3.11",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
     package_data={

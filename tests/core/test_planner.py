@@ -359,3 +359,32 @@ def test_a_mesh_may_be_moved_with_start_and_goal(hyq_data: RobotData) -> None:
     ).scene()
     outcome = plan(request, hyq_data, scene, Budget(60.0))
     assert_clean(contact_plan(outcome, request, hyq_data.robot, moved))
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"start_limbs": ("lf_leg", *LEGS)}, "start_limbs"),
+        ({"required": ("lf_leg", "lf_leg")}, "required"),
+        ({"required": ("wing",)}, "required"),
+        ({"robustness_threshold": -1.0}, "robustness_threshold"),
+        ({"robustness_threshold": float("nan")}, "robustness_threshold"),
+        ({"seed": -1}, "seed"),
+    ],
+)
+def test_a_request_made_by_hand_is_checked_too(
+    hyq_data: RobotData, flat_scene: Scene, changes: dict[str, Any], field: str
+) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        plan(walk_to(1.0, **changes), hyq_data, flat_scene, Budget(10.0))
+    assert caught.value.field == field
+
+
+def test_a_later_guide_that_is_not_found_does_not_hide_how_far_one_came(
+    hyq_data: RobotData,
+) -> None:
+    gap = Scene([island("here", -2, 0.6), island("there", 2.0, 5)])
+    request = walk_to(3.0, required=(), options=replace(FEW, rrt=RrtOptions(iterations=2)))
+    with pytest.raises(NoSequenceFound) as caught:
+        plan(request, hyq_data, gap, Budget(60.0))
+    assert 0 < caught.value.fraction < 1

@@ -107,15 +107,20 @@ class NoSequenceFound(RbprmError):
 
 
 class TimeLimitReached(RbprmError):
-    """The time limit of the request ran out."""
+    """The time limit of the request ran out.
+
+    Attributes:
+        best: the failure of the attempt that came farthest, None where none had ended.
+    """
 
     code = ErrorCode.TIME_LIMIT
 
-    def __init__(self, limit: float, stage: str) -> None:
-        self.limit, self.stage = limit, stage
+    def __init__(self, limit: float, stage: str, best: NoSequenceFound | None = None) -> None:
+        self.limit, self.stage, self.best = limit, stage, best
+        before = f" (best attempt before: {best})" if best is not None else ""
         super().__init__(
             f"time limit of {limit:g} s reached in stage {stage}: "
-            "raise the limit or ease the request"
+            f"raise the limit or ease the request{before}"
         )
 
 

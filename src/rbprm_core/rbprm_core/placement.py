@@ -9,7 +9,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.validation import finite_array
+from rbprm_core.validation import coordinates, finite_array
 
 UNIT_TOLERANCE = 1e-3  # messages carry quaternions that were normalised in single precision
 
@@ -35,7 +35,7 @@ class Placement:
         if abs(norm - 1) > UNIT_TOLERANCE:
             reason = f"must be a unit quaternion [x, y, z, w], its norm is {norm:g}"
             raise InvalidInput(f"{field}.orientation", orientation, reason)
-        return Placement(finite_array(f"{field}.position", position, (3,)), quaternion / norm)
+        return Placement(coordinates(f"{field}.position", position, (3,)), quaternion / norm)
 
     @staticmethod
     def of(transform: pin.SE3) -> Placement:

@@ -142,7 +142,7 @@ class ContactPlan(PlanRecord):
             data: Any = json.loads(Path(path).read_text())
         except OSError as error:
             raise InvalidInput("plan", str(path), f"cannot be read: {error.strerror}") from error
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise InvalidInput("plan", str(path), f"is not a JSON file: {error}") from error
         if not isinstance(data, dict) or data.get("format") != FORMAT:
             found = data.get("format") if isinstance(data, dict) else type(data).__name__

@@ -14,9 +14,11 @@ from rbprm_core.contacts import ContactGenerator, State, plan_sequence, start_st
 from rbprm_core.errors import (
     GoalUnreachable,
     InvalidInput,
+    NoGuideFound,
     NoSequenceFound,
     RbprmError,
     StartUnreachable,
+    TimeLimitReached,
 )
 from rbprm_core.guide import GuidePath, Reachability, RootSpace, plan_rrt, shorten
 from rbprm_core.guide.rrt import Edge
@@ -24,10 +26,10 @@ from rbprm_core.guide.sampler import RootSampler
 from rbprm_core.guide.settle import Settler
 from rbprm_core.placement import Placement
 from rbprm_core.plan import Statistics
-from rbprm_core.request import PlanRequest
+from rbprm_core.request import PlanRequest, limb_names
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
-from rbprm_core.validation import one_of
+from rbprm_core.validation import finite_number
 
 Array = NDArray[np.float64]
 
@@ -78,37 +80,42 @@ class _Planning:
     def _prepare(self, data: RobotData, scene: Scene) -> None:
         """Resolve the request against robot and scene, and build what answers their queries."""
         request, robot = self._request, data.robot
-        names = [limb.name for limb in robot.limbs]
-        for name in request.required:
-            one_of("required", name, names)
-        for name in request.start_limbs:
-            one_of("start_limbs", name, names)
+        required = limb_names(robot, request.required, "required")
+        start_limbs = limb_names(robot, request.start_limbs, "start_limbs")
+        threshold = finite_number("robustness_threshold", request.robustness_threshold, low=0.0)
         joints = robot.root_index[7:]
         self._space = RootSpace(request.bounds, robot.low[joints], robot.high[joints])
         self._start = _root(robot.reference[joints], request.start)
         self._goal = _root(robot.reference[joints], request.goal)
-        self._reachability = Reachability(data, scene, request.required)
+        self._reachability = Reachability(data, scene, required)
         self._sampler = RootSampler(self._space, scene, self._reachability, data.height)
-        self._settler = Settler(data, scene, request.required)
+        self._settler = Settler(data, scene, required)
         self._generator = ContactGenerator(
-            data, scene, request.gravity, request.robustness_threshold, request.options.generator
+            data, scene, request.gravity, threshold, request.options.generator
         )
-        self._start_limbs = [names.index(name) for name in request.start_limbs]
+        names = [limb.name for limb in robot.limbs]
+        self._start_limbs = [names.index(name) for name in start_limbs]
 
     def run(self) -> Outcome:
         """Try guides until a sequence follows one."""
         first = self._first_state()
         best: NoSequenceFound | None = None
         for attempt in range(self._request.options.guides):
-            guide = self._guide(direct=attempt == 0)
             try:
+                guide = self._guide(direct=attempt == 0)
                 states = self._sequence(guide, first)
             except NoSequenceFound as error:
                 if best is None or error.fraction > best.fraction:
                     best = error
                 self._avoid(guide, error)
-                continue
-            return Outcome(guide, tuple(states), self._statistics(states))
+            except NoGuideFound:
+                if best is None:
+                    raise
+                break  # what failed on the guides before is the more useful thing to say
+            except TimeLimitReached as error:
+                raise TimeLimitReached(error.limit, error.stage, best) from error
+            else:
+                return Outcome(guide, tuple(states), self._statistics(states))
         # No guide led there: a goal that admits no state at all is the more useful thing to say.
         start_state(self._generator, self._goal, self._start_limbs, "goal")
         assert best is not None  # at least one guide is tried
@@ -125,7 +132,7 @@ class _Planning:
             if reason:
                 raise error(reason, limb)
         with _Clock(self._seconds, "sequence"):
-            return start_state(self._generator, self._start, self._start_limbs)
+            return start_state(self._generator, self._start, self._start_limbs, budget=self._budget)
 
     def _guide(self, direct: bool) -> GuidePath:
         """P1: a path under the reachability condition, then shortcuts."""

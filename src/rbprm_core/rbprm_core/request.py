@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated
 
@@ -11,11 +12,27 @@ from pydantic import Field
 
 from rbprm_core.contacts.options import GeneratorOptions
 from rbprm_core.contacts.sequence import SequenceOptions
+from rbprm_core.errors import InvalidInput
 from rbprm_core.guide.rrt import RrtOptions
 from rbprm_core.guide.space import RootBounds
 from rbprm_core.placement import Placement
+from rbprm_core.robot import Robot
+from rbprm_core.validation import one_of
 
 Array = NDArray[np.float64]
+
+
+def limb_names(robot: Robot, names: Sequence[str], field: str) -> tuple[str, ...]:
+    """Names of limbs of a robot, each once.
+
+    Raises:
+        InvalidInput: an unknown name, or one twice.
+    """
+    known = tuple(limb.name for limb in robot.limbs)
+    if len(set(names)) != len(names):
+        raise InvalidInput(field, list(names), "names a limb twice")
+    return tuple(one_of(field, name, known) for name in names)
+
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 

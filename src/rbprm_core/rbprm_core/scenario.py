@@ -14,10 +14,10 @@ from rbprm_core.files import known_files, read_toml
 from rbprm_core.guide.space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan import EnvironmentEntry, MeshEntry, SurfaceEntry
-from rbprm_core.request import PlannerOptions, PlanRequest
+from rbprm_core.request import PlannerOptions, PlanRequest, limb_names
 from rbprm_core.robot import Robot
 from rbprm_core.scene import Classification, Scene
-from rbprm_core.validation import Record, finite_number, one_of, parse_record
+from rbprm_core.validation import FILE_NAME, Record, finite_number, parse_record
 
 Range = tuple[float, float]
 HalfRange = Annotated[float, Field(ge=0)]
@@ -49,7 +49,7 @@ class RequestText(Record):
     bounds: BoundsText
     required: tuple[str, ...] | None = None
     start_limbs: tuple[str, ...] | None = None
-    robustness_threshold: float = 0.0
+    robustness_threshold: Annotated[float, Field(ge=0)] = 0.0
     time_limit: Annotated[float, Field(gt=0)] = 60.0
 
 
@@ -61,7 +61,7 @@ class RobotChanges(Record):
     bounds: BoundsText | None = None
     required: tuple[str, ...] | None = None
     start_limbs: tuple[str, ...] | None = None
-    robustness_threshold: float | None = None
+    robustness_threshold: Annotated[float, Field(ge=0)] | None = None
     time_limit: Annotated[float, Field(gt=0)] | None = None
 
 
@@ -84,7 +84,7 @@ class EnvironmentText(Record):
 class Scenario(Record):
     """A scenario as its file says it."""
 
-    name: str
+    name: Annotated[str, Field(pattern=FILE_NAME)]
     robot: str
     environment: EnvironmentText
     request: RequestText
@@ -111,7 +111,9 @@ class Scenario(Record):
             bounds=_bounds(text.bounds),
             required=_limbs(robot, text.required, "request.required"),
             start_limbs=_limbs(robot, text.start_limbs, "request.start_limbs"),
-            robustness_threshold=finite_number("robustness_threshold", robustness_threshold),
+            robustness_threshold=finite_number(
+                "robustness_threshold", robustness_threshold, low=0.0
+            ),
             seed=seed,
             options=self.options,
         )
@@ -164,9 +166,6 @@ def _bounds(text: BoundsText) -> RootBounds:
 
 def _limbs(robot: Robot, names: tuple[str, ...] | None, field: str) -> tuple[str, ...]:
     """Names of limbs, all of the robot's where none are given."""
-    known = tuple(limb.name for limb in robot.limbs)
     if names is None:
-        return known
-    if len(set(names)) != len(names):
-        raise InvalidInput(field, list(names), "names a limb twice")
-    return tuple(one_of(field, name, known) for name in names)
+        return tuple(limb.name for limb in robot.limbs)
+    return limb_names(robot, names, field)

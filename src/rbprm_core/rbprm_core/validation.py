@@ -11,6 +11,11 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from rbprm_core.errors import InvalidInput
 
+FILE_NAME = r"^[A-Za-z0-9_.-]+$"  # names that become part of a file's name
+FARTHEST = (
+    1e5  # metres; coordinates beyond leave nothing of a millimetre in the products of geometry
+)
+
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -68,6 +73,18 @@ def finite_array(field: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArra
         raise InvalidInput(field, value, f"must have shape {wanted}, has {array.shape}")
     if not np.isfinite(array).all():
         raise InvalidInput(field, value, "must be finite")
+    return array
+
+
+def coordinates(field: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Finite array whose entries are coordinates in metres.
+
+    Raises:
+        InvalidInput: as `finite_array`, or farther from the origin than geometry can be exact.
+    """
+    array = finite_array(field, value, shape)
+    if np.abs(array).max(initial=0.0) > FARTHEST:
+        raise InvalidInput(field, value, f"must lie within {FARTHEST:g} m of the origin")
     return array
 
 

@@ -245,3 +245,17 @@ def test_coordinates_that_are_not_finite_are_refused(tmp_path: Path, value: floa
     file.write_bytes(bytes(data))
     with pytest.raises(InvalidInput, match="finite"):
         read_triangles(source(file))
+
+
+def test_a_sheet_that_bends_gently_is_no_plane() -> None:
+    edges = np.linspace(-1.2, 1.2, 60)
+    heights = 20 - np.sqrt(20**2 - edges**2)
+    strips = []
+    for x0, x1, z0, z1 in zip(edges, edges[1:], heights, heights[1:], strict=False):
+        a, b, c, d = [x0, -1, z0], [x1, -1, z1], [x1, 1, z1], [x0, 1, z0]
+        strips += [[a, b, c], [a, c, d]]
+    for surface in surfaces(np.array(strips)):
+        plane = surface.polygon.plane
+        nearest = np.abs((np.array(strips).reshape(-1, 3) - plane.origin) @ plane.normal).min()
+        assert nearest < 1e-3
+        assert np.ptp(surface.polygon.boundary[:, 2]) < 0.01

@@ -183,3 +183,9 @@ def test_a_bad_hole_is_refused(hole: Any, reason: str) -> None:
 
 def encloses(ring: Array, hole: Array) -> bool:
     return bool(shapely.Polygon(ring).contains_properly(shapely.Polygon(hole)))
+
+
+def test_coordinates_beyond_all_geometry_are_refused() -> None:
+    with pytest.raises(InvalidInput, match="within") as caught:
+        make_polygon([[-1e200, 0, 0], [1e200, 0, 0], [0, 1e200, 0]], field="surfaces.3")
+    assert caught.value.field == "surfaces.3.vertices"

@@ -190,6 +190,9 @@ def _polygon(entry: SurfaceEntry, field: str) -> Triangles:
     seed = np.eye(3)[int(np.argmin(np.abs(normal)))]
     x = np.cross(seed, normal) / np.linalg.norm(np.cross(seed, normal))
     axes = np.array([x, np.cross(normal, x), normal])
+    for k, hole in enumerate(entry.holes):
+        if len(hole) < 3:
+            raise InvalidInput(f"{field}.holes.{k}", hole, "has fewer than three points")
     rings = [(ring - origin) @ axes.T for ring in (vertices, *map(np.array, entry.holes))]
     if max(float(np.abs(ring[:, 2]).max()) for ring in rings) > PLANAR_BOUND:
         raise InvalidInput(f"{field}.vertices", entry.vertices, "is not planar")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import traceback
 
 import click
 from rich.console import Console
@@ -47,6 +48,10 @@ def main() -> None:
     except RbprmError as error:
         _complain(str(error))
         sys.exit(EXIT_INTERNAL if error.code is ErrorCode.INTERNAL else int(error.code))
+    except Exception:  # a fault of ours; 1 would say that a plan is invalid
+        traceback.print_exc()
+        _complain("this is a fault of rbprm, please report it with the lines above")
+        sys.exit(EXIT_INTERNAL)
 
 
 def _complain(text: str) -> None:

@@ -32,12 +32,14 @@ class CollisionModel:
             [i for i in range(bodies.hulls) if bodies.owner[i] == k and bodies.last[i]]
             for k in limbs
         ]
-        self._limbs = []
+        self._hits = []
         for k in limbs:
             hits = [(i, environment) for i in range(bodies.hulls) if bodies.owner[i] == k]
-            self._limbs.append(bodies.model(hits + bodies.limb_pairs(k, others=True), [ground]))
+            self._hits.append(bodies.model(hits, [ground]))
+        self._limbs = [bodies.model(bodies.limb_pairs(k, others=True)) for k in limbs]
         hits = [(i, environment) for i in range(bodies.hulls) if bodies.owner[i] == -1]
         self._root = bodies.model(hits + bodies.limb_pairs(-1, others=False), [ground])
+        self._hit_scratch = [geometry.createData() for geometry in self._hits]
         self._limb_scratch = [geometry.createData() for geometry in self._limbs]
         self._root_scratch = self._root.createData()
 
@@ -52,9 +54,13 @@ class CollisionModel:
         Args:
             normal: (3,) of the surface that the limb touches, None where it touches none.
         """
-        geometry, scratch = self._limbs[limb], self._limb_scratch[limb]
+        geometry, scratch = self._hits[limb], self._hit_scratch[limb]
         pin.updateGeometryPlacements(self._model, self._data, geometry, scratch, q)
         if normal is not None:
             for i in self._ends[limb]:
                 scratch.oMg[i].translation += LIFT * normal
+        if pin.computeCollisions(geometry, scratch, True):
+            return False
+        geometry, scratch = self._limbs[limb], self._limb_scratch[limb]
+        pin.updateGeometryPlacements(self._model, self._data, geometry, scratch)
         return not pin.computeCollisions(geometry, scratch, True)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from rbprm_core.budget import Budget
 from rbprm_core.contacts.generator import ContactGenerator
 from rbprm_core.contacts.look_ahead import LookAhead
 from rbprm_core.contacts.state import Contact, State
@@ -16,7 +17,11 @@ Array = NDArray[np.float64]
 
 
 def start_state(
-    generator: ContactGenerator, root: Array, limbs: Sequence[int], which: str = "start"
+    generator: ContactGenerator,
+    root: Array,
+    limbs: Sequence[int],
+    which: str = "start",
+    budget: Budget | None = None,
 ) -> State:
     """A state in static equilibrium with given limbs in contact, from the reference posture.
 
@@ -26,6 +31,7 @@ def start_state(
 
     Raises:
         StartUnreachable, GoalUnreachable: names the limb and why.
+        TimeLimitReached, Cancelled: from the budget.
     """
     kind = StartUnreachable if which == "start" else GoalUnreachable
     robot = generator.robot
@@ -36,6 +42,8 @@ def start_state(
     contacts: list[Contact] = []
     still = LookAhead.still(root)
     for count, limb in enumerate(limbs, start=1):
+        if budget is not None:
+            budget.check("start", (count - 1) / len(limbs))
         # Equilibrium is asked of the whole set only: two feet alone hold no quadruped.
         threshold = generator.threshold if count == len(limbs) else -np.inf
         found = generator.generate(q, limb, contacts, still, threshold=threshold)

@@ -34,7 +34,7 @@ class RrtOptions:
 
     step: Positive = 0.4
     resolution: Positive = 0.05
-    iterations: Annotated[int, Field(ge=2)] = 20_000
+    iterations: Annotated[int, Field(ge=2)] = 2_000
 
 
 class Tree:

@@ -51,10 +51,10 @@ class Settler:
         lifts = self._lifts(roots)
         checked = np.zeros(count, dtype=bool)
         for i in range(PASSES):
-            budget.check("shortcut", i / PASSES)
             settled = roots.copy()
             settled[:, 2] += lifts
             for k in np.flatnonzero(~checked):
+                budget.check("shortcut", i / PASSES)
                 checked[k] = edge.holds(settled[k], settled[k + 1])
             if checked.all():
                 return GuidePath(settled)

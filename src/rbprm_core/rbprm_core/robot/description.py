@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from rbprm_core.files import known_files, read_toml
-from rbprm_core.validation import Record, parse_record
+from rbprm_core.validation import FILE_NAME, Record, parse_record
 from rbprm_core.vocabulary import SurfaceKind
 
 Positive = Annotated[float, Field(gt=0)]
@@ -95,7 +95,7 @@ class RobotDescription(Record):
         seed: of the random samples; part of the robot data's key.
     """
 
-    name: str
+    name: Annotated[str, Field(pattern=FILE_NAME)]
     urdf: str
     srdf: str | None = None
     reference_posture: str | dict[str, float]

@@ -14,8 +14,15 @@ from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.resources import find_resource
-from rbprm_core.scene.polygon import Polygon, plane_of, polygon_of_shape
+from rbprm_core.scene.polygon import (
+    PLANAR_TOLERANCE,
+    Plane,
+    Polygon,
+    plane_of,
+    polygon_of_shape,
+)
 from rbprm_core.scene.surface import Classification, Surface
+from rbprm_core.validation import FARTHEST
 
 Array = NDArray[np.float64]
 
@@ -61,6 +68,9 @@ def read_triangles(source: MeshSource, field: str = "mesh") -> Array:
         raise InvalidInput(f"{field}.file", source.file, "is truncated: faces are missing")
     if not np.isfinite(triangles).all():
         raise InvalidInput(f"{field}.file", source.file, "has coordinates that are not finite")
+    if np.abs(triangles).max() > FARTHEST:
+        reason = f"has coordinates beyond {FARTHEST:g} m"
+        raise InvalidInput(f"{field}.file", source.file, reason)
     return np.asarray(triangles @ source.rotation.T + source.translation)
 
 
@@ -101,9 +111,25 @@ def _facets(mesh: trimesh.Trimesh) -> Iterator[NDArray[np.int_]]:
     front = mesh.face_normals @ SOME_DIRECTION > 0
     for side in (np.flatnonzero(front), np.flatnonzero(~front)):
         part = trimesh.Trimesh(mesh.vertices, mesh.faces[side], process=False)
-        grouped = [np.asarray(facet, dtype=int) for facet in part.facets]
+        # Faces grouped edge by edge may bend from one end to the other: such a group is none.
+        grouped = [np.asarray(facet, dtype=int) for facet in part.facets if _is_flat(part, facet)]
         alone = np.setdiff1d(np.arange(len(side)), np.concatenate([*grouped, [-1]]))
         yield from (side[facet] for facet in (*grouped, *alone[:, None].astype(int)))
+
+
+def _is_flat(mesh: trimesh.Trimesh, facet: NDArray[np.int_]) -> bool:
+    """True where all vertices of some faces lie in one plane."""
+    plane = _plane(mesh, facet)
+    corners = mesh.triangles[facet].reshape(-1, 3)
+    return bool(np.abs((corners - plane.origin) @ plane.normal).max() < PLANAR_TOLERANCE / 2)
+
+
+def _plane(mesh: trimesh.Trimesh, facet: NDArray[np.int_]) -> Plane:
+    """The mean plane of some faces; its normal is rid of the rounding of single precision."""
+    weights = mesh.area_faces[facet]
+    normal = np.round(weights @ mesh.face_normals[facet] / weights.sum(), 6)
+    normal /= np.linalg.norm(normal)
+    return plane_of(weights @ mesh.triangles_center[facet] / weights.sum(), normal)
 
 
 def _indexed(triangles: Array) -> tuple[Array, NDArray[np.int_]]:
@@ -119,12 +145,12 @@ def _merge(
     mesh: trimesh.Trimesh, facet: NDArray[np.int_], friction: float, rule: Classification
 ) -> list[Surface]:
     """The planar region of some neighbouring coplanar faces, in one or more polygons."""
-    weights = mesh.area_faces[facet]
-    normal = weights @ mesh.face_normals[facet]
-    normal /= np.linalg.norm(normal)
-    plane = plane_of(weights @ mesh.triangles_center[facet] / weights.sum(), normal)
+    plane = _plane(mesh, facet)
+    normal = plane.normal
     parts = [shapely.Polygon(plane.flatten(mesh.triangles[i])) for i in facet]
-    region = shapely.unary_union(parts, grid_size=SEAM).simplify(SEAM)
+    region = shapely.unary_union(parts, grid_size=SEAM).simplify(
+        2 * SEAM
+    )  # snapping to the grid bends straight edges by as much
     shapes = region.geoms if isinstance(region, shapely.MultiPolygon) else [region]
     surfaces = []
     for shape in shapes:
@@ -142,4 +168,4 @@ def _digest(polygon: Polygon) -> str:
     corners = np.unique(np.vstack([polygon.boundary, *polygon.holes]), axis=0)
     grid = np.round(np.vstack([corners, polygon.plane.normal]) / ID_GRID).astype(np.int64)
     rows = grid[np.lexsort(grid.T)]
-    return hashlib.blake2s(rows.tobytes(), digest_size=4).hexdigest()
+    return hashlib.blake2s(rows.tobytes(), digest_size=8).hexdigest()

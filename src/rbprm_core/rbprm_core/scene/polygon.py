@@ -12,12 +12,12 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.validation import finite_array
+from rbprm_core.validation import coordinates
 
 Array = NDArray[np.float64]
 Indices = tuple[int, ...]
 
-PLANAR_TOLERANCE = 2e-3  # metres; below the bound on contact placement that a plan is held to
+PLANAR_TOLERANCE = 8e-4  # metres; a little less than a plan is held to by its check
 SAME_POINT = 1e-9  # metres
 LEAST_AREA = 1e-8  # square metres
 STRAIGHT = 1e-9  # sine of the angle below which two edges count as one line
@@ -90,9 +90,9 @@ def make_polygon(
             self-intersecting, or a hole outside.
     """
     name = f"{field}.vertices"
-    boundary = _distinct(finite_array(name, vertices, (-1, 3)), name)
+    boundary = _distinct(coordinates(name, vertices, (-1, 3)), name)
     rings = tuple(
-        _distinct(finite_array(f"{field}.holes.{i}", h, (-1, 3)), f"{field}.holes.{i}")
+        _distinct(coordinates(f"{field}.holes.{i}", h, (-1, 3)), f"{field}.holes.{i}")
         for i, h in enumerate(holes)
     )
     plane = _plane(boundary, name)

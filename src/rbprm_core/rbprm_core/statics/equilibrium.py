@@ -17,6 +17,9 @@ Array = NDArray[np.float64]
 
 EQUALITY = 5  # DAQP's mark of an equality constraint
 OPTIMAL, INFEASIBLE, UNBOUNDED = 1, -1, -3  # DAQP's exit flags
+MOST = (
+    1e6  # newtons; said to be b0 where contacts can be pressed without bound: JSON has no infinity
+)
 BALANCED = 1e-9  # of the weight; a residual of the balance below this is rounding
 
 
@@ -66,7 +69,7 @@ def robustness(problem: Equilibrium) -> float:
 
     Returns:
         Minus infinity where no forces, not even pulling ones, balance it: (8) is infeasible.
-        Infinity where the contacts can be pressed against each other without bound, as between two
+        MOST where the contacts can be pressed against each other without bound, as between two
         walls: (8) is unbounded.
     """
     count = problem.generators.shape[1]
@@ -86,11 +89,11 @@ def robustness(problem: Equilibrium) -> float:
         None, problem.wrench / weight, rows, upper, lower, sense, eq_reduction=1
     )
     if flag == OPTIMAL:
-        return float(optimum) * weight
+        return min(float(optimum) * weight, MOST)
     if flag == UNBOUNDED:
         return -np.inf
     if flag == INFEASIBLE:  # of the dual: (8) is unbounded, unless it is infeasible itself
-        return np.inf if _balanced(problem, weight) else -np.inf
+        return MOST if _balanced(problem, weight) else -np.inf
     raise RbprmError(f"the statics problem was not solved: DAQP ended with flag {flag}")
 
 
