@@ -37,7 +37,7 @@ lint: $(STAMP)/packages ## Style and types only
 	@scripts/lint.sh
 
 clean: ## Remove everything that was made, .venv included
-	rm -rf $(VENV) ros2_ws/build ros2_ws/install ros2_ws/log demo_output
+	rm -rf $(VENV) ros2_ws/build ros2_ws/install ros2_ws/log demo_output bench_output
 	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis src/*/*.egg-info src/*/build
 	find src tests scripts examples -name __pycache__ -type d -prune -exec rm -rf {} +
 

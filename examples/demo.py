@@ -34,7 +34,6 @@ from rbprm_core.check import check_plan
 from rbprm_core.cli.plan import summary
 from rbprm_core.errors import RbprmError
 from rbprm_core.plan import ContactPlan
-from rbprm_core.robot import Robot, load_description
 from rbprm_core.scenario import Scenario, load_scenario
 from rbprm_core.view.page import write_page
 from rbprm_core.view.picture import write_picture
@@ -175,7 +174,7 @@ def run(scenario: Scenario, name: str, seed: int, folder: Path, console: Console
     Args:
         name: of the scenario, or its file.
     """
-    robot = Robot.load(load_description(scenario.robot))
+    robot = scenario.load_robot()
     limit = scenario.request_text(robot.name).time_limit
     request = request_message(scenario.request_for(robot, seed), robot.name, limit)
     with console.status("starting") as status, running(name, folder) as processes:
@@ -229,7 +228,7 @@ def main() -> None:
         plan = run(scenario, arguments.scenario, arguments.seed, folder, console)
         with console.status("checking"):
             report = check_plan(plan)
-        console.print(summary(plan, "valid" if report.valid else "INVALID"))
+        console.print(summary(plan, report))
         for violation in report.violations:
             console.print(str(violation), style="red", markup=False)
         with console.status("drawing"):

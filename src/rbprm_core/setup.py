@@ -14,7 +14,13 @@ setup(
     python_requires=">=3.11",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
     package_data={
-        NAME: ["py.typed", "robot/descriptions/*.toml", "scenarios/*.toml", "view/*.html"]
+        NAME: [
+            "py.typed",
+            "robot/descriptions/*.toml",
+            "scenarios/*.toml",
+            "view/*.html",
+            "bench/*.toml",
+        ]
     },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
@@ -37,9 +43,14 @@ setup(
         "click>=8.1,<9",  # command line
         "rich>=13,<16",  # progress bars and tables
         "k3d>=3.2,<4",  # the self-contained 3-D page
-        "matplotlib>=3.8,<4",  # the picture
+        "matplotlib>=3.8,<4",  # the picture, plots of campaigns
+        "joblib>=1.5,<2",  # campaigns over processes and clusters
+        "threadpoolctl>=3.5,<4",  # one thread a run, whatever process it is in
     ],
-    extras_require={"test": ["pytest"]},
+    extras_require={
+        "dask": ["distributed>=2025.1"],  # campaigns over machines
+        "test": ["pytest"],
+    },
     entry_points={"console_scripts": ["rbprm = rbprm_core.cli.main:main"]},
     zip_safe=False,
 )

@@ -130,6 +130,12 @@ def anymal_data(cache: Path) -> RobotData:
 
 
 @pytest.fixture(scope="session")
+def go2_data(cache: Path) -> RobotData:
+    """Go2's data from fewer samples than its file asks for."""
+    return load_robot_data(Robot.load(fewer_samples(load_description("go2"), 10_000, 4_000)))
+
+
+@pytest.fixture(scope="session")
 def talos(cache: Path) -> Robot:
     """Talos as the package describes it, but for fewer samples: its data take seconds."""
     return Robot.load(fewer_samples(load_description("talos"), 5000, 5000))
@@ -139,6 +145,20 @@ def talos(cache: Path) -> Robot:
 def talos_data(talos: Robot) -> RobotData:
     """Talos's data, computed once a session."""
     return load_robot_data(talos)
+
+
+@pytest.fixture(scope="session")
+def crawler_data(cache: Path) -> RobotData:
+    """Data of Talos on all fours, its torso's joints planned with the root, from few samples."""
+    limbs = ("left_leg", "right_leg", "left_arm", "right_arm")
+    text = load_description("talos").using(limbs, ("torso_1_joint", "torso_2_joint"))
+    return load_robot_data(Robot.load(fewer_samples(text, 3000, 3000)))
+
+
+@pytest.fixture(scope="session")
+def allegro_data(cache: Path) -> RobotData:
+    """The Allegro hand's data from fewer samples than its file asks for."""
+    return load_robot_data(Robot.load(fewer_samples(load_description("allegro"), 10_000, 10_000)))
 
 
 @pytest.fixture(scope="session")

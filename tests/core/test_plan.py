@@ -11,8 +11,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from rbprm_core.check import transitions
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import FORMAT, ContactPlan, transitions
+from rbprm_core.plan import FORMAT, ContactPlan
 from rbprm_core.planner import Outcome
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot import Robot

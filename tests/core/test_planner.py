@@ -24,7 +24,7 @@ from rbprm_core.errors import (
     StartUnreachable,
     TimeLimitReached,
 )
-from rbprm_core.guide import RootBounds, RrtOptions
+from rbprm_core.guide import GuideOptions, RootBounds, RrtOptions
 from rbprm_core.placement import Placement
 from rbprm_core.plan import ContactPlan, EnvironmentEntry, MeshEntry, SurfaceEntry
 from rbprm_core.planner import Outcome, plan
@@ -40,7 +40,7 @@ Outcomes = dict[int, tuple[PlanRequest, Outcome]]
 SQUARE = ((-5.0, -5.0, 0.0), (5.0, -5.0, 0.0), (5.0, 5.0, 0.0), (-5.0, 5.0, 0.0))
 GROUND = EnvironmentEntry(name="ground", surfaces=(SurfaceEntry(id="ground", vertices=SQUARE),))
 LEGS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
-FEW = PlannerOptions(rrt=RrtOptions(iterations=40), guides=2)
+FEW = PlannerOptions(guide=GuideOptions(rrt=RrtOptions(iterations=40)), guides=2)
 
 PROGRAM = """
 import json, sys
@@ -322,12 +322,34 @@ def test_no_sequence_where_only_the_left_feet_find_ground(hyq_data: RobotData) -
     assert f"stopped after state {len(error.states) - 1}" in str(error)
 
 
+def test_one_time_limit_holds_for_all_guides(hyq_data: RobotData) -> None:
+    """As above with guides without end; the best of them is told."""
+    ring = [[0.5, 0.3, 0], [4.5, 0.3, 0], [4.5, 0.5, 0], [0.5, 0.5, 0]]
+    bridge = make_surface("bridge", ring, 0.5)
+    scene = Scene([island("a", -2, 1.5), island("b", 3.5, 6), bridge])
+    low, high = np.array([-1.0, -0.1, 0.3]), np.array([5.0, 0.1, 1])
+    request = walk_to(
+        4.5,
+        options=replace(FEW, guides=10**6),
+        required=(LEGS[0], LEGS[2]),
+        bounds=RootBounds(low, high, np.ones(3)),
+    )
+    budget = Budget(3.0)
+    with pytest.raises(TimeLimitReached) as caught:
+        plan(request, hyq_data, scene, budget)
+    assert caught.value.statistics.counts["guides"] >= 1
+    assert caught.value.best is not None
+    assert 3.0 < budget.elapsed < 5.0  # on a busy machine
+
+
 def test_a_goal_on_two_legs_is_not_reachable(hyq_data: RobotData) -> None:
     scene = Scene([island("ground", -2, 1)])
     request = walk_to(1.2, options=FEW, required=LEGS[2:])
     with pytest.raises(GoalUnreachable, match="finds no contact") as caught:
-        plan(request, hyq_data, scene, Budget(60.0))
+        plan(replace(request, goal_limbs=LEGS), hyq_data, scene, Budget(60.0))
     assert caught.value.limb == "lf_leg"
+    with pytest.raises(NoSequenceFound):  # any limbs may do, and the planner cannot know which
+        plan(request, hyq_data, scene, Budget(60.0))
 
 
 def test_no_limb_is_required(hyq_data: RobotData, flat_scene: Scene) -> None:
@@ -367,6 +389,8 @@ def test_a_mesh_may_be_moved_with_start_and_goal(hyq_data: RobotData) -> None:
         ({"start_limbs": ("lf_leg", *LEGS)}, "start_limbs"),
         ({"required": ("lf_leg", "lf_leg")}, "required"),
         ({"required": ("wing",)}, "required"),
+        ({"goal_limbs": ("wing",)}, "goal_limbs"),
+        ({"goal_limbs": ("lf_leg", "lf_leg")}, "goal_limbs"),
         ({"robustness_threshold": -1.0}, "robustness_threshold"),
         ({"robustness_threshold": float("nan")}, "robustness_threshold"),
         ({"seed": -1}, "seed"),
@@ -384,7 +408,8 @@ def test_a_later_guide_that_is_not_found_does_not_hide_how_far_one_came(
     hyq_data: RobotData,
 ) -> None:
     gap = Scene([island("here", -2, 0.6), island("there", 2.0, 5)])
-    request = walk_to(3.0, required=(), options=replace(FEW, rrt=RrtOptions(iterations=2)))
+    guide = GuideOptions(rrt=RrtOptions(iterations=2))
+    request = walk_to(3.0, required=(), options=replace(FEW, guide=guide))
     with pytest.raises(NoSequenceFound) as caught:
         plan(request, hyq_data, gap, Budget(60.0))
     assert 0 < caught.value.fraction < 1

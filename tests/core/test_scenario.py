@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.robot import Robot
+from rbprm_core.robot import Robot, load_description
 from rbprm_core.scenario import Scenario, known_scenarios, load_scenario
 from rbprm_core.validation import parse_record
 from rbprm_core.vocabulary import SurfaceKind
@@ -19,13 +20,10 @@ NAN, INF = float("nan"), float("inf")
 SQUARE = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]
 
 
-THRESHOLDS = {"hyq": 10.0, "talos": 2.0}
-
-
-@pytest.fixture(scope="module")
-def robots(hyq: Robot, talos: Robot) -> dict[str, Robot]:
-    """The robots that the package's scenarios are for."""
-    return {"hyq": hyq, "talos": talos}
+@lru_cache
+def robot_of(name: str) -> Robot:
+    """A robot of the package, read once: several scenarios are for the same."""
+    return Robot.load(load_description(name))
 
 
 def content(**request: Any) -> dict[str, Any]:
@@ -61,18 +59,38 @@ def changed(path: str, value: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("name", sorted(known_scenarios()))
-def test_the_scenarios_of_the_package_are_good(name: str, robots: dict[str, Robot]) -> None:
+def test_the_scenarios_of_the_package_are_good(name: str) -> None:
     text = load_scenario(name)
     assert text.name == name
-    robot = robots[text.robot]
-    request = text.request_for(robot, seed=3)
-    assert request.seed == 3
-    assert request.required == request.start_limbs == tuple(limb.name for limb in robot.limbs)
-    assert request.robustness_threshold == THRESHOLDS[text.robot]
-    assert (request.bounds.low <= request.start.position).all()
-    assert (request.bounds.high >= request.goal.position).all()
-    kinds = [surface.kind for surface in text.scene().surfaces]
-    assert SurfaceKind.SUPPORT in kinds
+    for robot in map(text.load_robot, (text.robot, *text.robots)):
+        request = text.request_for(robot, seed=3)
+        assert request.seed == 3
+        limbs = {limb.name for limb in robot.limbs}
+        assert limbs.issuperset(request.required + request.start_limbs)
+        assert request.start_limbs
+        assert request.robustness_threshold >= 0
+        for place in (request.start, request.goal):
+            assert (request.bounds.low <= place.position).all()
+            assert (request.bounds.high >= place.position).all()
+        kinds = {surface.kind for surface in text.scene().surfaces}
+        for limb in request.required:
+            assert kinds.intersection(robot.limb(limb).surfaces)
+
+
+@pytest.mark.parametrize(
+    ("name", "robot", "threshold"),
+    [
+        ("rubble", "hyq", 10.0),
+        ("rubble", "anymal", 3.5),
+        ("rubble_half", "go2", 2.0),
+        ("rubble_three_quarters", "anymal", 3.5),
+        ("slalom", "hyq", 10.0),
+        ("race", "hyq", 10.0),
+        ("stairs10", "talos", 2.0),
+    ],
+)
+def test_thresholds_of_the_scenarios(name: str, robot: str, threshold: float) -> None:
+    assert load_scenario(name).request_for(robot_of(robot)).robustness_threshold == threshold
 
 
 def test_the_papers_numbers(hyq: Robot) -> None:
@@ -80,6 +98,119 @@ def test_the_papers_numbers(hyq: Robot) -> None:
     assert request.start.position == pytest.approx([-2, 0, 0.63])
     assert request.goal.position == pytest.approx([3, 0, 0.63])
     assert load_scenario("rubble").request_text("hyq").time_limit == 60
+
+
+def test_heuristics_of_the_scenarios_robot() -> None:
+    weights = {"lf_leg": {"effort": 1.0, "joint_limits": 0.2}}
+    data = {**content(), "heuristics": weights}
+    own = parse(data).load_robot()
+    assert own.limb("lf_leg").heuristics == weights["lf_leg"]
+    plain = parse(content()).load_robot()
+    assert own.limb("rf_leg").heuristics == plain.limb("rf_leg").heuristics
+    other = parse(data).load_robot("anymal")  # it keeps those of its own file
+    assert all("effort" not in limb.heuristics for limb in other.limbs)
+
+
+def humanoid(**changes: Any) -> dict[str, Any]:
+    """A scenario of Talos on one polygon."""
+    return {**content(), "robot": "talos", **changes}
+
+
+def test_limbs_and_root_joints_of_the_scenarios_robot() -> None:
+    plain = parse(humanoid()).load_robot()
+    assert [limb.name for limb in plain.limbs] == ["left_leg", "right_leg"]
+    assert plain.root_joints == ()
+    chosen = humanoid(limbs=["right_arm", "left_leg"], root_joints=["torso_1_joint"])
+    own = parse(chosen).load_robot()
+    assert [limb.name for limb in own.limbs] == ["left_leg", "right_arm"]
+    assert own.root_joints == (own.model.getJointId("torso_1_joint"),)
+    assert len(own.root_index) == 8
+    assert own.limb("right_arm").base != plain.limb("left_leg").base
+    request = parse(chosen).request_for(own)
+    assert request.required == request.start_limbs == ("left_leg", "right_arm")
+    with pytest.raises(InvalidInput, match="unknown") as caught:
+        parse({**chosen, "request": {**chosen["request"], "required": ["right_leg"]}}).request_for(
+            own
+        )
+    assert caught.value.field == "request.required"
+
+
+def test_another_robot_keeps_its_own_limbs_surfaces_and_trunk() -> None:
+    text = parse(
+        humanoid(
+            limbs=["left_arm"],
+            root_joints=["torso_1_joint"],
+            surfaces={"left_arm": ["lean"]},
+            trunk={"scale": 2.0},
+        )
+    )
+    other = text.load_robot("hyq")
+    plain = robot_of("hyq")
+    assert [limb.name for limb in other.limbs] == [limb.name for limb in plain.limbs]
+    assert other.description == plain.description
+
+
+def test_surfaces_and_trunk_of_the_scenarios_robot() -> None:
+    data = content()
+    data["surfaces"] = {"lf_leg": ["support", "lean"]}
+    data["trunk"] = {"links": ["trunk", "lf_upperleg"], "scale": 1.5}
+    own, plain = parse(data).load_robot(), robot_of("hyq")
+    assert own.limb("lf_leg").surfaces == (SurfaceKind.SUPPORT, SurfaceKind.LEAN)
+    assert own.limb("rf_leg").surfaces == plain.limb("rf_leg").surfaces
+    volumes = own.description.volumes
+    assert (volumes.trunk_links, volumes.trunk_scale) == (("trunk", "lf_upperleg"), 1.5)
+    data["trunk"] = {"scale": 1.5}
+    volumes = parse(data).load_robot().description.volumes
+    assert volumes.trunk_links == plain.description.volumes.trunk_links
+
+
+@pytest.mark.parametrize(
+    ("changes", "field", "reason"),
+    [
+        ({"limbs": ["tail"]}, "limbs", "left_leg, right_leg"),
+        ({"limbs": []}, "limbs", "names no limb"),
+        ({"limbs": ["left_leg", "left_leg_toes"]}, "limbs", "choose one of them"),
+        ({"root_joints": ["tail"]}, "robot.root_joints", "unknown joint"),
+        ({"root_joints": ["leg_left_1_joint"]}, "robot.root_joints", "joint of limb left_leg"),
+        ({"surfaces": {"left_arm": ["lean"]}}, "surfaces", "left_leg, right_leg"),  # not chosen
+        ({"heuristics": {"left_arm": {"effort": 1.0}}}, "heuristics", "left_leg, right_leg"),
+    ],
+)
+def test_a_choice_that_the_robot_does_not_have(
+    changes: dict[str, Any], field: str, reason: str
+) -> None:
+    with pytest.raises(InvalidInput, match=reason) as caught:
+        parse(humanoid(**changes)).load_robot()
+    assert caught.value.field == field
+
+
+@pytest.mark.parametrize(
+    ("name", "limbs", "trunk"),
+    [
+        ("stairs", {"left_leg", "right_leg", "right_arm"}, 5),
+        ("stairs15", {"left_leg", "right_leg"}, 5),
+        ("standing", {"left_leg", "right_leg", "left_arm", "right_arm"}, 5),
+        ("car", {"left_leg", "right_leg", "left_arm", "right_arm"}, 7),
+    ],
+)
+def test_the_papers_scenarios_of_a_humanoid(name: str, limbs: set[str], trunk: int) -> None:
+    """Section 6.1: with their arms the torso turns too; the car's trunk has the upper legs."""
+    text = load_scenario(name)
+    robot = text.load_robot()
+    assert {limb.name for limb in robot.limbs} == limbs
+    assert len(robot.root_joints) == (0 if limbs == {"left_leg", "right_leg"} else 2)
+    assert len(robot.description.volumes.trunk_links) == trunk
+    request = text.request_for(robot)
+    assert set(request.required) == {"left_leg", "right_leg"}
+    assert set(request.start_limbs) <= limbs
+
+
+def test_limbs_asked_for_at_the_goal(hyq: Robot) -> None:
+    assert parse(content()).request_for(hyq).goal_limbs is None
+    asked = parse(content(goal_limbs=["rh_leg", "lf_leg"])).request_for(hyq)
+    assert asked.goal_limbs == ("rh_leg", "lf_leg")
+    with pytest.raises(InvalidInput, match="names a limb twice"):
+        parse(content(goal_limbs=["rh_leg", "rh_leg"])).request_for(hyq)
 
 
 def test_another_robot_changes_what_it_must() -> None:
@@ -156,12 +287,22 @@ def test_a_file_that_is_no_toml(tmp_path: Path) -> None:
         ("environment.classification", {"support": NAN}),
         ("environment.classification", {"suport": 0.3}),
         ("options", {"shortcut": 3}),
-        ("options.rrt", {"step": 0.0}),
-        ("options.rrt", {"resolution": INF}),
-        ("options.rrt", {"iterations": 0}),
+        ("options.guide.rrt", {"step": 0.0}),
+        ("options.guide.rrt", {"iterations": 0}),
+        ("options.guide.prm", {"neighbours": 0}),
+        ("options.guide", {"resolution": INF}),
+        ("options.guide", {"planner": "astar"}),
         ("options.sequence", {"step": NAN}),
         ("options.sequence", {"steps": 0.1}),
         ("options.generator", {"candidates": -1}),
+        ("limbs", "lf_leg"),
+        ("root_joints", [3]),
+        ("surfaces", {"lf_leg": []}),
+        ("surfaces", {"lf_leg": ["ceiling"]}),
+        ("trunk", {"scale": 0.9}),
+        ("trunk", {"scale": NAN}),
+        ("trunk", {"links": []}),
+        ("trunk", {"link": ["trunk"]}),
         ("robots.anymal", {"time_limit": -2.0}),
         ("robots.anymal", {"colour": "red"}),
     ],
@@ -285,3 +426,6 @@ def test_the_documented_example_is_a_scenario() -> None:
     found = parse(tomllib.loads(text))
     assert found.name == "my_scenario"
     assert len(found.scene().surfaces) > 1
+    robot = found.load_robot()
+    assert found.request_for(robot).goal_limbs
+    assert {limb.name for limb in robot.limbs} == set(found.limbs or ())

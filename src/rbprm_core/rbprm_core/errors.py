@@ -21,9 +21,24 @@ class ErrorCode(IntEnum):
 
 
 class RbprmError(Exception):
-    """Root of every error that this package raises on purpose."""
+    """Root of every error that this package raises on purpose.
+
+    Attributes:
+        statistics: of the planning that it ended (see `rbprm_core.plan`), None where it ended none.
+    """
 
     code = ErrorCode.INTERNAL
+    statistics: Any = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For the way from one process to another: pickle would call `__init__` with the text."""
+        return _restored, (type(self), self.args, self.__dict__)
+
+
+def _restored(kind: type[RbprmError], args: tuple[Any, ...], data: dict[str, Any]) -> RbprmError:
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(data)
+    return error
 
 
 class InvalidInput(RbprmError):

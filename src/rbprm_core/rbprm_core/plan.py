@@ -69,13 +69,21 @@ class EnvironmentEntry(PlanRecord):
 
 
 class RequestEntry(PlanRecord):
-    """What was asked; `robustness_threshold` is raw b0 in newtons, gravity in m/s^2."""
+    """What was asked; `robustness_threshold` is raw b0 in newtons, gravity in m/s^2.
+
+    Where gravity is zero raw b0 is 0 or unbounded; b0 is then the one at which the coefficients
+    add up to `grip_force`, newtons, and 0 where the contacts are not in force closure.
+
+    `goal_limbs` are those that were to be in contact in the last state; None where any are good.
+    """
 
     start: Pose
     goal: Pose
     seed: int = 0
     robustness_threshold: float = 0.0
     gravity: Vector3 = (0.0, 0.0, -9.81)
+    grip_force: Annotated[float, Field(gt=0)] = 10.0
+    goal_limbs: tuple[str, ...] | None = None
     position_tolerance: float = 1e-3
     orientation_tolerance: float = 1e-3
 
@@ -148,12 +156,3 @@ class ContactPlan(PlanRecord):
             found = data.get("format") if isinstance(data, dict) else type(data).__name__
             raise InvalidInput("format", found, f'is not a plan file, whose format is "{FORMAT}"')
         return parse_record(ContactPlan, data)
-
-
-def transitions(plan: ContactPlan) -> int:
-    """Number of neighbouring states between which a contact breaks, is made or moves."""
-    count = 0
-    for before, after in zip(plan.states, plan.states[1:], strict=False):
-        old = {(c.limb, c.surface, c.position) for c in before.contacts}
-        count += old != {(c.limb, c.surface, c.position) for c in after.contacts}
-    return count

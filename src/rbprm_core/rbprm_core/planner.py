@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rbprm_core.budget import Budget
 from rbprm_core.contacts import ContactGenerator, State, plan_sequence, start_state
+from rbprm_core.contacts.heuristics import plugin_versions
 from rbprm_core.errors import (
     GoalUnreachable,
     InvalidInput,
@@ -20,19 +21,32 @@ from rbprm_core.errors import (
     StartUnreachable,
     TimeLimitReached,
 )
-from rbprm_core.guide import GuidePath, Reachability, RootSpace, plan_rrt, shorten
-from rbprm_core.guide.rrt import Edge
-from rbprm_core.guide.sampler import RootSampler
-from rbprm_core.guide.settle import Settler
+from rbprm_core.guide import (
+    EdgeTest,
+    EquilibriumTest,
+    GuidePath,
+    GuideProblem,
+    Reachability,
+    Roadmap,
+    RoadmapStore,
+    RootSampler,
+    RootSpace,
+    Settler,
+    shorten,
+)
+from rbprm_core.guide.planners import make_search
+from rbprm_core.guide.roadmap import roadmap_key
+from rbprm_core.guide.sampler import effector_places
 from rbprm_core.placement import Placement
 from rbprm_core.plan import Statistics
 from rbprm_core.request import PlanRequest, limb_names
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
-from rbprm_core.validation import finite_number
+from rbprm_core.validation import finite_array, finite_number
 
 Array = NDArray[np.float64]
 
+LEAST_GRIP = 1e-3  # newtons
 VERSIONED = ("rbprm_core", "pin", "coal", "daqp", "numpy")
 
 
@@ -50,24 +64,48 @@ class Outcome:
     statistics: Statistics
 
 
-def plan(request: PlanRequest, data: RobotData, scene: Scene, budget: Budget) -> Outcome:
+def plan(
+    request: PlanRequest,
+    data: RobotData,
+    scene: Scene,
+    budget: Budget,
+    roadmaps: RoadmapStore | None = None,
+) -> Outcome:
     """Plan a contact sequence from start to goal.
 
-    The same request, data and scene give the same outcome, in any process.
+    The same request, data and scene give the same outcome, in any process; with kept roadmaps, the
+    outcome depends on what was planned with them before, too.
+
+    Args:
+        roadmaps: kept by the caller between requests, for the guide planners that use one.
 
     Raises:
         InvalidInput: start or goal outside the request's own bounds.
         StartUnreachable, GoalUnreachable: no contact configuration there, and why.
         NoGuideFound, NoSequenceFound: of the attempt that came farthest.
         TimeLimitReached, Cancelled: from the budget.
+
+        Each carries the statistics up to where it ended.
     """
-    return _Planning(request, data, scene, budget).run()
+    planning = _Planning(request, data, scene, budget, roadmaps)
+    try:
+        return planning.run()
+    except RbprmError as error:
+        error.statistics = planning.statistics()
+        raise
 
 
 class _Planning:
     """One request being planned."""
 
-    def __init__(self, request: PlanRequest, data: RobotData, scene: Scene, budget: Budget) -> None:
+    def __init__(
+        self,
+        request: PlanRequest,
+        data: RobotData,
+        scene: Scene,
+        budget: Budget,
+        roadmaps: RoadmapStore | None,
+    ) -> None:
         self._request, self._budget = request, budget
         if request.seed < 0:
             raise InvalidInput("seed", request.seed, "must not be negative")
@@ -75,26 +113,59 @@ class _Planning:
         self._seconds = dict.fromkeys(("prepare", "guide", "shortcut", "sequence"), 0.0)
         self._nodes = self._guides = 0
         with _Clock(self._seconds, "prepare"):
-            self._prepare(data, scene)
+            self._prepare(data, scene, roadmaps)
 
-    def _prepare(self, data: RobotData, scene: Scene) -> None:
+    def _prepare(self, data: RobotData, scene: Scene, roadmaps: RoadmapStore | None) -> None:
         """Resolve the request against robot and scene, and build what answers their queries."""
         request, robot = self._request, data.robot
         required = limb_names(robot, request.required, "required")
         start_limbs = limb_names(robot, request.start_limbs, "start_limbs")
+        goal_limbs = limb_names(robot, request.goal_limbs or (), "goal_limbs")
         threshold = finite_number("robustness_threshold", request.robustness_threshold, low=0.0)
+        gravity = finite_array("gravity", request.gravity, (3,))
+        grip_force = finite_number("grip_force", request.grip_force, low=LEAST_GRIP)
         joints = robot.root_index[7:]
         self._space = RootSpace(request.bounds, robot.low[joints], robot.high[joints])
         self._start = _root(robot.reference[joints], request.start)
         self._goal = _root(robot.reference[joints], request.goal)
-        self._reachability = Reachability(data, scene, required)
-        self._sampler = RootSampler(self._space, scene, self._reachability, data.height)
+        self._prepare_guide(data, scene, required, gravity, roadmaps)
         self._settler = Settler(data, scene, required)
         self._generator = ContactGenerator(
-            data, scene, request.gravity, threshold, request.options.generator
+            data, scene, gravity, threshold, request.options.generator, self._rng, grip_force
         )
+        used = [name for limb in robot.limbs for name in limb.heuristics]
+        self._plugins = plugin_versions(used)
         names = [limb.name for limb in robot.limbs]
         self._start_limbs = [names.index(name) for name in start_limbs]
+        self._goal_limbs = [names.index(name) for name in goal_limbs]
+
+    def _prepare_guide(
+        self,
+        data: RobotData,
+        scene: Scene,
+        required: tuple[str, ...],
+        gravity: Array,
+        roadmaps: RoadmapStore | None,
+    ) -> None:
+        """Build the condition and the guide planner that the request names."""
+        options, space = self._request.options.guide, self._space
+        equilibrium = (
+            EquilibriumTest(data, scene, required, gravity) if options.equilibrium else None
+        )
+        condition = Reachability(data, scene, required, equilibrium)
+        self._reachability, self._edges = condition, EdgeTest(space, condition, options.resolution)
+        joints = data.robot.reference[data.robot.root_index[7:]]
+        reach = None if gravity.any() else effector_places(data)
+        sampler = RootSampler(space, scene, condition, data.height, joints, reach)
+        problem = GuideProblem(self._start, self._goal, self._edges, sampler)
+
+        def roadmap() -> Roadmap:
+            if roadmaps is None:
+                return Roadmap()
+            key = roadmap_key(data, space, required, options, gravity)
+            return roadmaps.roadmap(key, scene, condition.radius)
+
+        self._search = make_search(problem, options, roadmap)
 
     def run(self) -> Outcome:
         """Try guides until a sequence follows one."""
@@ -115,9 +186,11 @@ class _Planning:
             except TimeLimitReached as error:
                 raise TimeLimitReached(error.limit, error.stage, best) from error
             else:
-                return Outcome(guide, tuple(states), self._statistics(states))
-        # No guide led there: a goal that admits no state at all is the more useful thing to say.
-        start_state(self._generator, self._goal, self._start_limbs, "goal")
+                return Outcome(guide, tuple(states), self.statistics(len(states)))
+        # No guide led there: a goal that does not admit what is asked of it is the more useful
+        # thing to say. Where no limbs are asked for, any may do, and no single try tells.
+        if self._goal_limbs:
+            start_state(self._generator, self._goal, self._goal_limbs, "goal", self._budget)
         assert best is not None  # at least one guide is tried
         raise best
 
@@ -138,36 +211,37 @@ class _Planning:
         """P1: a path under the reachability condition, then shortcuts."""
         options = self._request.options
         with _Clock(self._seconds, "guide"):
-            path, nodes = plan_rrt(
-                self._start, self._goal, self._space, self._reachability, self._sampler,
-                self._budget, self._rng, options.rrt, direct=direct,
-            )  # fmt: skip
+            path, nodes = self._search.find(self._budget, self._rng, direct=direct)
         self._nodes += nodes
         self._guides += 1
-        edge = Edge(self._space, self._reachability, options.rrt)
         with _Clock(self._seconds, "shortcut"):
-            path = shorten(path, edge, options.shortcuts, self._budget, self._rng)
-            return self._settler.settle(path, edge, self._budget) if options.settle else path
+            path = shorten(path, self._edges, options.shortcuts, self._budget, self._rng)
+            if options.settle and self._request.gravity.any():
+                path = self._settler.settle(path, self._edges, self._budget)
+            return path
 
     def _sequence(self, guide: GuidePath, first: State) -> list[State]:
         """P2 along a guide."""
         options = self._request.options.sequence
         with _Clock(self._seconds, "sequence"):
-            return plan_sequence(self._generator, guide, first, self._budget, self._rng, options)
+            return plan_sequence(
+                self._generator, guide, first, self._budget, self._rng, options, self._goal_limbs
+            )
 
     def _avoid(self, guide: GuidePath, error: NoSequenceFound) -> None:
         """Keep the next guide away from where the sequence stopped."""
         stopped = guide.at(error.fraction * guide.length + self._request.options.sequence.step)
         self._reachability.avoid(stopped, keep=(self._start, self._goal))
 
-    def _statistics(self, states: list[State]) -> Statistics:
+    def statistics(self, states: int = 0) -> Statistics:
+        """Seconds by phase, counts and versions so far, and how many states there are."""
         tally = self._generator.tally
-        counts = {"guides": self._guides, "guide_nodes": self._nodes, "states": len(states)}
+        counts = {"guides": self._guides, "guide_nodes": self._nodes, "states": states}
         seconds = {**self._seconds, "total": sum(self._seconds.values())}
         return Statistics(
             time={**seconds, **{f"sequence.{k}": v for k, v in tally.seconds.items()}},
             counts={**counts, **tally.counts},
-            versions={name: _version(name) for name in VERSIONED},
+            versions={**{name: _version(name) for name in VERSIONED}, **self._plugins},
         )
 
 

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from rbprm_core.contacts.options import GeneratorOptions
-from rbprm_core.contacts.sequence import SequenceOptions
+from rbprm_core.contacts.options import GeneratorOptions, SequenceOptions
 from rbprm_core.errors import InvalidInput
-from rbprm_core.guide.rrt import RrtOptions
+from rbprm_core.guide.options import GuideOptions
 from rbprm_core.guide.space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.robot import Robot
+from rbprm_core.statics import GRIP_FORCE
 from rbprm_core.validation import one_of
 
 Array = NDArray[np.float64]
@@ -47,7 +47,7 @@ class PlannerOptions:
         guides: guides tried before the request is given up.
     """
 
-    rrt: RrtOptions = field(default_factory=RrtOptions)
+    guide: GuideOptions = field(default_factory=GuideOptions)
     shortcuts: Annotated[int, Field(ge=0)] = 100
     settle: bool = True
     guides: Annotated[int, Field(ge=1)] = 20
@@ -64,8 +64,13 @@ class PlanRequest:
         bounds: of the root along the whole way.
         required: names of the limbs whose workspace must meet a surface all along.
         start_limbs: names of the limbs in contact at the start.
+        goal_limbs: names of the limbs that are to be in contact in the last state; None where any
+            are good.
         robustness_threshold: least raw b0 of every state, newtons.
         seed: of everything that is random.
+        gravity: (3,) m/s^2. Where it is zero every state is in force closure, and b0 is that of
+            `rbprm_core.statics.grip`.
+        grip_force: sum of the contact forces that b0 without gravity is measured by, newtons.
     """
 
     start: Placement
@@ -76,4 +81,6 @@ class PlanRequest:
     robustness_threshold: float
     seed: int = 0
     gravity: Array = field(default_factory=lambda: GRAVITY.copy())
+    grip_force: float = GRIP_FORCE
+    goal_limbs: tuple[str, ...] | None = None
     options: PlannerOptions = field(default_factory=PlannerOptions)

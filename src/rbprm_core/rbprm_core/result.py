@@ -24,6 +24,9 @@ from rbprm_core.robot import Robot
 
 Array = NDArray[np.float64]
 
+EXACT = 1e-3  # metres; how near to the goal the last root is where it may not leave the guide
+UNBOUNDED = 1e6  # newtons; written for an infinite b0, since JSON has no infinity
+
 
 def contact_plan(
     outcome: Outcome, request: PlanRequest, robot: Robot, environment: EnvironmentEntry
@@ -44,6 +47,9 @@ def contact_plan(
             seed=request.seed,
             robustness_threshold=request.robustness_threshold,
             gravity=_vector(request.gravity),
+            grip_force=request.grip_force,
+            goal_limbs=request.goal_limbs,
+            position_tolerance=EXACT + request.options.sequence.root_slack,
         ),
         guide=tuple(_root_pose(node) for node in outcome.guide.nodes),
         states=tuple(state_entry(robot, state) for state in outcome.states),
@@ -59,7 +65,7 @@ def state_entry(robot: Robot, state: State) -> StateEntry:
         root=_root_pose(state.q),
         joints=tuple(state.q[7:].tolist()),
         com=_vector(state.com),
-        robustness=state.robustness,
+        robustness=min(state.robustness, UNBOUNDED),
         contacts=tuple(_contact(robot, data, contact) for contact in state.contacts),
     )
 

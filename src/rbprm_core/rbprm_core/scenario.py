@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
+from rbprm_core.contacts.heuristics import check_names
 from rbprm_core.environment import load_scene
 from rbprm_core.errors import InvalidInput
 from rbprm_core.files import known_files, read_toml
@@ -15,9 +16,12 @@ from rbprm_core.guide.space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan import EnvironmentEntry, MeshEntry, SurfaceEntry
 from rbprm_core.request import PlannerOptions, PlanRequest, limb_names
-from rbprm_core.robot import Robot
+from rbprm_core.robot import Robot, load_description
+from rbprm_core.robot.description import Weights
 from rbprm_core.scene import Classification, Scene
+from rbprm_core.statics import GRIP_FORCE
 from rbprm_core.validation import FILE_NAME, Record, finite_number, parse_record
+from rbprm_core.vocabulary import SurfaceKind
 
 Range = tuple[float, float]
 HalfRange = Annotated[float, Field(ge=0)]
@@ -49,7 +53,10 @@ class RequestText(Record):
     bounds: BoundsText
     required: tuple[str, ...] | None = None
     start_limbs: tuple[str, ...] | None = None
+    goal_limbs: tuple[str, ...] | None = None
     robustness_threshold: Annotated[float, Field(ge=0)] = 0.0
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    grip_force: Annotated[float, Field(gt=0)] = GRIP_FORCE
     time_limit: Annotated[float, Field(gt=0)] = 60.0
 
 
@@ -61,8 +68,18 @@ class RobotChanges(Record):
     bounds: BoundsText | None = None
     required: tuple[str, ...] | None = None
     start_limbs: tuple[str, ...] | None = None
+    goal_limbs: tuple[str, ...] | None = None
     robustness_threshold: Annotated[float, Field(ge=0)] | None = None
+    gravity: tuple[float, float, float] | None = None
+    grip_force: Annotated[float, Field(gt=0)] | None = None
     time_limit: Annotated[float, Field(gt=0)] | None = None
+
+
+class TrunkText(Record):
+    """Another trunk volume W0 than the robot file's; see `VolumeSettings`."""
+
+    links: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
+    scale: Annotated[float, Field(ge=1)] | None = None
 
 
 class MeshText(MeshEntry, extra="forbid"):
@@ -82,14 +99,47 @@ class EnvironmentText(Record):
 
 
 class Scenario(Record):
-    """A scenario as its file says it."""
+    """A scenario as its file says it.
+
+    Attributes:
+        limbs: names of the scenario's robot's limbs that make contact; None for its default ones.
+        root_joints: joints of that robot planned with the root; None for its own choice.
+        heuristics, surfaces: of that robot's limbs, by name of limb; the others keep the robot
+            file's.
+        trunk: that robot's volume W0, where it is not the robot file's.
+    """
 
     name: Annotated[str, Field(pattern=FILE_NAME)]
     robot: str
+    limbs: tuple[str, ...] | None = None
+    root_joints: tuple[str, ...] | None = None
+    heuristics: dict[str, Weights] = {}
+    surfaces: dict[str, Annotated[tuple[SurfaceKind, ...], Field(min_length=1)]] = {}
+    trunk: TrunkText = TrunkText()
     environment: EnvironmentText
     request: RequestText
     options: PlannerOptions = PlannerOptions()
     robots: dict[str, RobotChanges] = {}
+
+    def load_robot(self, robot: str | None = None) -> Robot:
+        """The robot with the limbs that the scenario uses.
+
+        Args:
+            robot: a known name or a file, instead of the scenario's own robot.
+
+        Raises:
+            InvalidInput: see `load_description`, `RobotDescription.using` and `Robot.load`;
+                heuristics of an unknown limb or name.
+        """
+        own = load_description(self.robot)
+        description = own if robot is None else load_description(robot)
+        if description.name == own.name:
+            description = description.using(self.limbs, self.root_joints)
+            for limb, weights in self.heuristics.items():
+                check_names(weights, f"heuristics.{limb}")
+            description = description.ranked_by(self.heuristics).touching(self.surfaces)
+            description = description.bulky(self.trunk.links, self.trunk.scale)
+        return Robot.load(description)
 
     def request_for(
         self, robot: Robot, seed: int = 0, robustness_threshold: float | None = None
@@ -111,10 +161,13 @@ class Scenario(Record):
             bounds=_bounds(text.bounds),
             required=_limbs(robot, text.required, "request.required"),
             start_limbs=_limbs(robot, text.start_limbs, "request.start_limbs"),
+            goal_limbs=_goal_limbs(robot, text.goal_limbs),
             robustness_threshold=finite_number(
                 "robustness_threshold", robustness_threshold, low=0.0
             ),
             seed=seed,
+            gravity=np.array(text.gravity),
+            grip_force=text.grip_force,
             options=self.options,
         )
 
@@ -162,6 +215,10 @@ def _bounds(text: BoundsText) -> RootBounds:
             raise InvalidInput(f"request.bounds.{axis}", [low, high], reason)
     box = np.array([text.x, text.y, text.z])
     return RootBounds(box[:, 0], box[:, 1], np.array([text.yaw, text.pitch, text.roll]))
+
+
+def _goal_limbs(robot: Robot, names: tuple[str, ...] | None) -> tuple[str, ...] | None:
+    return None if names is None else limb_names(robot, names, "request.goal_limbs")
 
 
 def _limbs(robot: Robot, names: tuple[str, ...] | None, field: str) -> tuple[str, ...]:

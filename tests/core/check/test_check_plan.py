@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -15,6 +16,7 @@ from scipy.optimize import least_squares
 
 from rbprm_core.check import CheckReport, Kind, Violation, check_plan
 from rbprm_core.check.kinematics import Robot
+from rbprm_core.check.report import figures
 from rbprm_core.check.statics import state_robustness
 from rbprm_core.errors import InvalidInput
 from rbprm_core.plan import ContactEntry, ContactPlan, RobotEntry
@@ -419,6 +421,77 @@ def test_just_inside_a_bound_passes(clean: Document, hyq: Hyq, mutate: Mutation)
     assert report.valid, "\n".join(map(str, report.violations))
 
 
+def test_figures_of_the_clean_plan(clean: Document) -> None:
+    report = checked(clean)
+    assert (report.overhanging, report.unsupported) == (0, 0.0)
+    assert (report.goal_limbs, report.goal_missing) == (None, ())
+    # The foot breaks, the root shifted away from it, and is made again: the other three hold at
+    # the end without it, and at the start of the first change the root is in the middle.
+    support = report.support
+    assert support.both + support.one + support.neither == report.transitions == 2
+    assert support.neither == 0
+
+
+def test_contacts_asked_for_at_the_goal(clean: Document, hyq: Hyq) -> None:
+    plan = copy.deepcopy(clean)
+    plan["request"]["goal_limbs"] = [LF, RH]
+    report = checked(plan)
+    assert report.valid
+    assert (report.goal_limbs, report.goal_missing) == ((LF, RH), ())
+    plan["states"] = plan["states"][:2]  # the left front foot is in the air
+    plan["request"]["goal"] = plan["states"][-1]["root"]
+    report = checked(plan)
+    assert report.valid, "a goal not reached with all limbs is a figure, not a violation"
+    assert report.goal_missing == (LF,)
+    assert figures(report)["contacts at the goal"] == f"missing {LF}"
+
+
+def test_a_contact_has_no_more_friction_than_the_environment(clean: Document, hyq: Hyq) -> None:
+    plan = copy.deepcopy(clean)
+    for declared, valid in ((0.5, True), (0.7, True), (0.4, False)):
+        plan["environment"]["meshes"][0]["friction"] = declared
+        report = checked(plan)
+        assert report.valid == valid
+        assert {kind for _, _, kind in found(report)} == (set() if valid else {Kind.FRICTION})
+    assert "contact's friction 0.5, the environment's there 0.4" in str(report.violations[0])
+    assert len(report.violations) == sum(len(state["contacts"]) for state in plan["states"])
+
+
+def test_of_surfaces_that_meet_the_rougher_counts(hyq: Hyq) -> None:
+    plan = document([hyq.state((0, 0), hyq.feet)], hyq)
+    for x in (0.0, 5e-3):  # the border under a foot, and too far away to count
+        edge = float(hyq.feet["lf"][0]) - x
+        ice = [[-2, -2, 0], [edge, -2, 0], [edge, 2, 0], [-2, 2, 0]]
+        rock = [[edge, -2, 0], [2, -2, 0], [2, 2, 0], [edge, 2, 0]]
+        plan["environment"] = {
+            "surfaces": [
+                {"id": "ice", "vertices": ice, "friction": 0.6},
+                {"id": "rock", "vertices": rock, "friction": 0.5},
+            ]
+        }
+        assert checked(plan).valid
+        plan["environment"]["surfaces"][1]["friction"] = 0.3
+        slipping = {limb for _, limb, _ in found(checked(plan))}
+        assert (LF in slipping) == (x > 0)
+
+
+def test_the_report_as_json(clean: Document, hyq: Hyq) -> None:
+    plan = copy.deepcopy(clean)
+    plan["request"]["goal_limbs"] = [LF]
+    plan["states"][3]["contacts"] = []  # b0 is minus infinity, which JSON does not have
+    report = checked(plan)
+    text = json.loads(json.dumps(report.document(), allow_nan=False))
+    assert text["valid"] is False
+    assert len(text["violations"]) == len(report.violations)
+    assert text["robustness"][3] is None
+    assert text["robustness"][0] == pytest.approx(report.robustness[0])
+    assert text["goal_contacts"] == {"asked": [LF], "missing": [LF], "reached": False}
+    assert text["overhanging"] == {"contacts": 0, "greatest_share": 0.0}
+    ends = text["transitions"]["stable_without_moving_contact"]
+    assert sum(ends.values()) == text["transitions"]["count"] == report.transitions
+    assert checked(clean).document()["goal_contacts"]["reached"] is None
+
+
 def test_slow_drift_is_held_against_where_the_contact_was_made(hyq: Hyq) -> None:
     step = ahead(0.0006)
     feet = [{**hyq.feet, "lf": hyq.feet["lf"] + k * step} for k in range(5)]
@@ -443,7 +516,7 @@ def flat_floor() -> Document:
     return {"id": "floor", "vertices": outline, "holes": [hole]}
 
 
-def planar(hyq: Hyq, at: Point, yaw: float = 0.0, half: float = 0.02) -> Document:
+def planar(hyq: Hyq, at: Point, yaw: float = 0.0, half: float = 0.012) -> Document:
     """Standing with a square patch declared under the left front foot."""
     state = hyq.state((0, 0), {**hyq.feet, "lf": at})
     contact = next(c for c in state["contacts"] if c["limb"] == LF)
@@ -464,7 +537,7 @@ def on_surfaces(hyq: Hyq, state: Document) -> Document:
 def test_patch_on_polygons_passes_until_a_corner_overhangs(hyq: Hyq) -> None:
     foot = hyq.feet["lf"]
     edge = np.array([0.44, foot[1], 0.0])
-    near, over = edge - ahead(0.0185), edge - ahead(0.0165)  # corners 1.5 and 3.5 mm past it
+    near, over = edge - ahead(0.0105), edge - ahead(0.0085)  # corners 1.5 and 3.5 mm past it
     assert checked(on_surfaces(hyq, planar(hyq, near))).valid
     report = checked(on_surfaces(hyq, planar(hyq, over)))
     assert found(report) == {(0, LF, Kind.OFF_ENVIRONMENT)}
@@ -483,7 +556,32 @@ def test_patch_is_held_by_its_orientation_and_its_corners(hyq: Hyq) -> None:
     beside = planar(hyq, foot)
     contact = contact_of({"states": [beside]}, 0, "lf")
     contact["points"] = shifted(contact["points"], 0.03)
-    assert found(checked(document([hyq.refresh(beside)], hyq))) == {(0, LF, Kind.CONTACT_POINTS)}
+    wanted = {(0, LF, Kind.CONTACT_POINTS), (0, LF, Kind.OFF_ROBOT)}
+    assert found(checked(document([hyq.refresh(beside)], hyq))) == wanted
+
+
+def test_a_patch_is_no_larger_than_the_foot(hyq: Hyq) -> None:
+    """Forces act at its corners, so that a larger one would hold more than the robot can."""
+    assert checked(document([planar(hyq, hyq.feet["lf"], half=0.015)], hyq)).valid
+    report = checked(document([planar(hyq, hyq.feet["lf"], half=0.018)], hyq))
+    assert found(report) == {(0, LF, Kind.OFF_ROBOT)}
+    corner = np.hypot(np.hypot(0.018, 0.018), RADIUS) - RADIUS  # from the ball
+    assert f"contact point {1e3 * corner:.1f} mm from the robot's own" in str(report.violations[0])
+
+
+def test_a_point_apart_from_the_foot(hyq: Hyq) -> None:
+    """A frame offset can put a contact anywhere; the robot has to be there."""
+    for below, valid in ((0.009, True), (0.011, False)):
+        feet = {**hyq.feet, "lf": hyq.feet["lf"] + up(below)}
+        state = hyq.state((0, 0), feet)
+        contact = next(c for c in state["contacts"] if c["limb"] == LF)
+        offset = np.array(contact["frame_offset"]["position"])
+        grown = offset * (1 + below / np.linalg.norm(offset))
+        contact["frame_offset"]["position"] = grown.tolist()
+        contact["position"] = hyq.feet["lf"].tolist()
+        contact["points"] = [contact["position"]]
+        report = checked(document([hyq.refresh(state)], hyq))
+        assert found(report) == (set() if valid else {(0, LF, Kind.OFF_ROBOT)})
 
 
 def test_without_srdf_neighbouring_joints_are_left_out(clean: Document, hyq: Hyq) -> None:
@@ -536,7 +634,6 @@ INVALID: list[tuple[str, Any, str]] = [
         "environment.meshes.0.rotation",
     ),
     ("environment.meshes", [], "environment"),
-    ("request.gravity", [0, 0, 0], "request.gravity"),
     ("states.3.contacts.0.frame", "left_wing", "states.3.contacts.0.frame"),
     ("states.3.contacts.0.frame", "universe", "states.3.contacts.0.frame"),
     ("states.1.joints", [0.0], "states.1.joints"),

@@ -10,8 +10,14 @@ from numpy.typing import NDArray
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
-from rbprm_core.check.statics import generators, robustness, state_robustness, tangent, weight
-from rbprm_core.errors import InvalidInput
+from rbprm_core.check.statics import (
+    force_closure,
+    generators,
+    robustness,
+    state_robustness,
+    tangent,
+    weight,
+)
 from rbprm_core.plan import ContactEntry
 
 Array = NDArray[np.float64]
@@ -182,7 +188,56 @@ def test_a_contact_counts_once_for_each_point() -> None:
     assert b0 == pytest.approx(9.81 * MASS * np.hypot(1, 0.5) / 16, abs=RELATIVE)
 
 
-def test_weight_needs_gravity() -> None:
+def test_weight_is_mass_times_gravity() -> None:
     assert weight(2.0, (0, 0, -10)).tolist() == [0, 0, -20]
-    with pytest.raises(InvalidInput, match=r"request\.gravity"):
-        weight(2.0, (0, 0, 0))
+    assert weight(2.0, (0, 0, 0)).tolist() == [0, 0, 0]
+
+
+def pressing(position: list[float], towards: list[float]) -> ContactEntry:
+    """A contact that pushes along an axis of the world."""
+    turn, _ = Rotation.align_vectors([towards], [[0, 0, 1]])
+    return ContactEntry.model_validate(
+        {
+            **contact((0, 0, 0, 1)).model_dump(),
+            "position": position,
+            "orientation": turn.as_quat().tolist(),
+            "normal": towards,
+            "points": [position],
+        }
+    )
+
+
+def test_without_weight_b0_is_that_of_the_grip() -> None:
+    grasp = [
+        pressing([0.01, -0.02, 0], [-1, 0, 0]),
+        pressing([0.01, 0.02, 0], [-1, 0, 0]),
+        pressing([-0.01, 0, 0], [1, 0, 0]),
+    ]
+    none = np.zeros(3)
+    assert state_robustness(grasp, none, none, 8.0)[0] == pytest.approx(0.5)
+    assert state_robustness(grasp[1:], none, none, 8.0)[0] < 0  # not opposed
+    assert state_robustness(grasp[:2], none, none, 8.0)[0] == -np.inf
+
+
+@pytest.mark.parametrize(("b0", "closed"), [(0.1, True), (0.0, False), (-np.inf, False)])
+def test_a_state_without_weight_has_to_be_in_force_closure(b0: float, closed: bool) -> None:
+    assert (list(force_closure(b0, 3, 8.0)) == []) == closed
+
+
+@given(seeds)
+def test_two_points_hold_only_what_is_over_the_line_through_them(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    first, second = rng.uniform(-0.5, 0.5, (2, 3)) * (1, 1, 0.1)
+    points, edges = flat([first.tolist(), second.tolist()], 0.5)
+    aside = rng.uniform(0.01, 0.3) * np.cross(second - first, [0, 0, 1])
+    com = first + rng.uniform(0.1, 0.9) * (second - first) + [0, 0, 0.6]
+    assert robustness(points, edges, com, LOAD) > -np.inf
+    assert robustness(points, edges, com + aside, LOAD) == -np.inf
+
+
+def test_two_points_of_which_the_solver_alone_says_nothing() -> None:
+    """Met in a plan: HiGHS ended this one, which has no solution, with "status unknown"."""
+    points = [[-0.51135904, 0.5316359, 0.20000003], [0.3941159, -0.677206, 0.19999998]]
+    pyramid = generators([0, 0, 1], [2.220446049250313e-16, -1, 0], 0.5)
+    where, edges = np.repeat(np.array(points), 4, axis=0), np.tile(pyramid, (2, 1))
+    assert robustness(where, edges, [0.06816047, 0.00501703, 0.73732315], LOAD) == -np.inf

@@ -46,7 +46,7 @@ time_limit = 30.0
 {more}
 [options]
 guides = 1
-rrt = {{ iterations = 30 }}
+guide = {{ rrt = {{ iterations = 30 }} }}
 """
 
 # Between the two grounds, for the left feet only: a guide that asks no more can cross, HyQ cannot.
@@ -133,6 +133,8 @@ def test_plan_and_check_ones_own_scenario(run: Run, hyq_data: RobotData, tmp_pat
     checked = run("check", str(out))
     assert checked.returncode == VALID
     assert f"valid: {len(found.states)} states" in checked.stdout
+    for figure in ("overhanging patches: 0", "contacts at the goal", "stable transitions: at both"):
+        assert figure in checked.stdout
 
 
 def test_ones_own_robot(run: Run, toy_data: RobotData, toy_file: Path, tmp_path: Path) -> None:
@@ -141,6 +143,41 @@ def test_ones_own_robot(run: Run, toy_data: RobotData, toy_file: Path, tmp_path:
     done = run("plan", scenario(tmp_path, **limits), "--robot", str(toy_file), "--out", str(out))
     assert (done.returncode, done.stderr) == (VALID, "")
     assert ContactPlan.read(out).robot.name == "toy"
+
+
+def test_several_jobs_name_the_seed_that_won(
+    run: Run, toy_data: RobotData, toy_file: Path, tmp_path: Path
+) -> None:
+    mine = scenario(tmp_path, height=0.42, threshold=2.0, more='goal_limbs = ["lf", "rh"]')
+    arguments = ("plan", mine, "--robot", str(toy_file), "--out")
+    files = [tmp_path / name for name in ("won.json", "alone.json")]
+    done = run(*arguments, str(files[0]), "--seed", "4", "--jobs", "2")
+    assert (done.returncode, done.stderr) == (VALID, "")
+    won = ContactPlan.read(files[0])
+    assert won.request.seed in (4, 5)
+    assert won.request.goal_limbs == ("lf", "rh")
+    assert "contacts at the goal" in done.stdout
+    done = run(*arguments, str(files[1]), "--seed", str(won.request.seed))
+    assert (done.returncode, done.stderr) == (VALID, "")
+    alone = ContactPlan.read(files[1])
+    assert alone.states == won.states
+    assert alone.guide == won.guide
+
+
+def test_the_check_as_json(run: Run, plan_file: Path, tmp_path: Path) -> None:
+    done = run("check", "--json", str(plan_file))
+    assert (done.returncode, done.stderr) == (VALID, "")
+    wanted = check_plan(ContactPlan.read(plan_file)).document()
+    assert json.loads(done.stdout) == json.loads(json.dumps(wanted))
+    text = json.loads(plan_file.read_text())
+    text["states"][3]["joints"][0] = 9.0
+    file = tmp_path / "bad.json"
+    file.write_text(json.dumps(text))
+    done = run("check", "--json", str(file))
+    assert done.returncode == INVALID
+    report = json.loads(done.stdout)
+    assert report["valid"] is False
+    assert {"joint-limit"} <= {violation["kind"] for violation in report["violations"]}
 
 
 def test_a_spoilt_plan_is_invalid_with_one_line_a_violation(
@@ -284,6 +321,7 @@ def test_help_names_every_command_and_code(
         ("plan",),
         ("plan", "flat", "--speed", "3"),
         ("plan", "flat", "--seed", "one"),
+        ("plan", "flat", "--jobs", "0"),
         ("plan", "flat", "--time-limit", "soon"),
         ("plan", "flat", "--out", "."),
         ("check",),
@@ -350,7 +388,19 @@ def test_a_bad_argument_is_named_with_its_value(
         ("x = [-3.0, 6.0]", "x = [6.0, -3.0]", ["request.bounds.x = [6.0, -3.0]", "empty"]),
         ("time_limit = 30.0", 'start_limbs = ["tail"]', ["start_limbs = 'tail'", "lf_leg"]),
         ("time_limit = 30.0", 'required = ["tail"]', ["request.required = 'tail'", "lf_leg"]),
-        ("guides = 1", "guide = 2", ["options.guide = 2", "Unexpected"]),
+        ("time_limit = 30.0", 'goal_limbs = ["tail"]', ["request.goal_limbs = 'tail'", "lf_leg"]),
+        ("[options]", "[heuristics]\ntail = { effort = 1 }\n[options]", ["heuristics = 'tail'"]),
+        (
+            "[options]",
+            "[heuristics]\nlf_leg = { luck = 1 }\n[options]",
+            ["heuristics.lf_leg = 'luck'", "velocity"],
+        ),
+        (
+            "[options]",
+            "[heuristics]\nlf_leg = { effort = nan }\n[options]",
+            ["heuristics.lf_leg.effort = nan"],
+        ),
+        ("guides = 1", "gait = 2", ["options.gait = 2", "Unexpected"]),
         ('robot = "hyq"', 'robot = "unicorn"', ["robot = 'unicorn'"]),
         ('name = "mine"', "name = ", ["scenario", "TOML"]),
     ],

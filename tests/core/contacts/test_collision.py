@@ -133,3 +133,29 @@ def test_crossed_legs_collide(hyq_data: RobotData, flat_scene: Scene) -> None:
             met += 1
             assert not (model.root_free(q) and all(model.limb_free(q, k, None) for k in range(4)))
     assert met > 3
+
+
+@pytest.mark.parametrize("which", ["hyq_data", "crawler_data"])
+def test_a_limb_is_tested_against_those_that_are_not_left_out(
+    which: str, flat_scene: Scene, request: pytest.FixtureRequest
+) -> None:
+    data: RobotData = request.getfixturevalue(which)
+    robot = data.robot
+    model = CollisionModel(data, flat_scene)
+    rng = np.random.default_rng(3)
+    blocked = 0
+    for _ in range(150):
+        q = robot.reference.copy()
+        q[2] = 50
+        for limb in robot.limbs:
+            q[limb.q_index] = rng.uniform(limb.low, limb.high)
+        for k in range(4):
+            rest = {0, 1, 2, 3} - {k}
+            alone = model.limb_free(q, k, None, rest)
+            apart = {j: model.limb_free(q, k, None, rest - {j}) for j in rest}
+            gone = set(rng.choice(4, 2, replace=False).tolist())
+            wanted = alone and all(apart[j] for j in rest - gone)
+            assert model.limb_free(q, k, None, gone) == wanted
+            assert model.limb_free(q, k, None) == (alone and all(apart.values()))
+            blocked += alone and not all(apart.values())
+    assert blocked > 0

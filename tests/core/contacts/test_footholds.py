@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -11,6 +14,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rbprm_core.contacts import Contact, ContactGenerator, start_state
+from rbprm_core.contacts.balance import Balance
 from rbprm_core.contacts.footholds import FootholdFinder, Footholds, _over_support, _turned
 from rbprm_core.contacts.look_ahead import LookAhead
 from rbprm_core.contacts.options import GeneratorOptions
@@ -21,7 +25,7 @@ from rbprm_core.scene import Scene, make_surface
 Array = NDArray[np.float64]
 GRAVITY = np.array([0.0, 0.0, -9.81])
 MARGIN = 0.02  # metres
-OPTIONS = GeneratorOptions(edge_margin=MARGIN)
+OPTIONS = GeneratorOptions(edge_margin=MARGIN, candidates=100_000)  # all that there are
 seeds = st.integers(0, 2**32 - 1)
 
 SQUARE = ((-0.6, -0.6), (0.6, -0.6), (0.6, 0.6), (-0.6, 0.6))
@@ -66,7 +70,20 @@ def find(
 ) -> Footholds:
     assert data.robot.limbs[limb].base == ROOT_JOINT
     middle = q[:3] if com is None else com
-    return finder.find(limb, base_at(q), LookAhead.still(q[:7]), None, [], middle)
+    balance = Balance(middle, 0.0, base_at(q), data.databases[limb].coms)
+    batches = finder.find(limb, base_at(q), LookAhead.still(q[:7]), None, [], balance)
+    return joined([nothing(), *batches])
+
+
+def nothing() -> Footholds:
+    none = np.zeros(0, dtype=int)
+    return Footholds(none, none, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3, 3)))
+
+
+def joined(batches: list[Footholds]) -> Footholds:
+    """Footholds of several batches in one."""
+    fields = [f.name for f in dataclasses.fields(Footholds)]
+    return Footholds(*(np.concatenate([getattr(b, name) for b in batches]) for name in fields))
 
 
 def contacts_of(
@@ -168,12 +185,12 @@ def test_a_patch_that_lies_on_the_surface_in_part_is_none(
 @given(seed=seeds, corners=st.integers(1, 4), others=st.integers(0, 8))
 def test_steady_is_over_the_hull_of_the_contacts(seed: int, corners: int, others: int) -> None:
     rng = np.random.default_rng(seed)
-    points, standing = rng.normal(size=(20, corners, 3)), rng.normal(size=(others, 3))
-    com = 0.5 * rng.normal(size=3)
-    steady = _over_support(points, standing, com)
-    for new, answer in zip(points, steady, strict=True):
-        hull = shapely.MultiPoint(np.vstack([new, standing])[:, :2]).convex_hull
-        assert answer == hull.contains(shapely.Point(com[:2]))
+    points, standing = rng.normal(size=(20, corners, 2)), rng.normal(size=(others, 2))
+    coms = 0.5 * rng.normal(size=(20, 2))
+    steady = _over_support(points, standing, coms)
+    for new, com, answer in zip(points, coms, steady, strict=True):
+        hull = shapely.MultiPoint(np.vstack([new, standing])).convex_hull
+        assert answer == hull.contains(shapely.Point(com))
 
 
 @settings(max_examples=40)
@@ -196,13 +213,28 @@ def test_steady_footholds_come_first_and_none_is_lost(
     corners = talos_data.robot.limbs[limb].corners
     rotations = base_at(q).rotation @ found.rotations
     centers = found.targets @ base_at(q).rotation.T + q[:3]
-    steady = _over_support(
-        centers[:, None] + corners @ np.swapaxes(rotations, 1, 2), np.zeros((0, 3)), com
-    )
+    points = centers[:, None] + corners @ np.swapaxes(rotations, 1, 2)
+    coms = np.tile(com[:2], (len(found), 1))
+    steady = _over_support(points[..., :2], np.zeros((0, 2)), coms)
     count = int(steady.sum())
     assert steady[:count].all()
     assert order[:count] == sorted(order[:count])
     assert order[count:] == sorted(order[count:])
+
+
+@settings(max_examples=40)
+@given(seed=seeds, limb=st.integers(0, 1), off=st.floats(-0.3, 0.3), most=st.integers(1, 300))
+def test_fewer_footholds_are_the_first_of_all(
+    talos_data: RobotData, flat_scene: Scene, seed: int, limb: int, off: float, most: int
+) -> None:
+    q = over(talos_data, np.random.default_rng(seed))
+    com = q[:3] + np.array([off, 0.1, 0.0])
+    fewer = replace(OPTIONS, candidates=most)
+    found = find(talos_data, FootholdFinder(talos_data, flat_scene, fewer), limb, q, com)
+    every = find(talos_data, FootholdFinder(talos_data, flat_scene, OPTIONS), limb, q, com)
+    assert len(found) == min(most, len(every))
+    assert np.array_equal(found.samples, every.samples[:most])
+    assert np.array_equal(found.targets, every.targets[:most])
 
 
 @settings(max_examples=100)

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rbprm_core.contacts import Contact, ContactGenerator, State, start_state
+from rbprm_core.contacts.generator import DOUBT
 from rbprm_core.contacts.look_ahead import LookAhead
 from rbprm_core.contacts.options import GeneratorOptions
 from rbprm_core.errors import InvalidInput
@@ -242,3 +243,72 @@ def test_a_state_knows_its_contacts(flat: ContactGenerator) -> None:
         assert isinstance(contact, Contact)
         assert contact.limb == limb
     assert flat.state(state.q, state.contacts[1:], [0], 1.0).contact_of(0) is None
+
+
+@pytest.mark.parametrize(
+    ("which", "height", "limbs"), [("hyq_data", 0.6, LEGS), ("crawler_data", 1.0, (0, 1))]
+)
+def test_a_hopeless_candidate_would_have_failed(
+    which: str, height: float, limbs: tuple[int, ...], request: pytest.FixtureRequest
+) -> None:
+    """b0 for the centre of mass that is expected, against b0 after the projection."""
+    data: RobotData = request.getfixturevalue(which)
+    weight = data.robot.mass * 9.81
+    slope = [[-3, -3, -0.3], [3, -3, 0.3], [3, 3, 0.3], [-3, 3, -0.3]]
+    generator = ContactGenerator(data, Scene([make_surface("s", slope, 0.5)]), GRAVITY, -1e9)
+    rng = np.random.default_rng(5)
+    start = np.zeros(len(data.robot.root_index))
+    start[2], start[6] = height, 1.0
+    state = start_state(generator, start, limbs)
+    expected, reached = [], []
+    for limb in limbs * 3:
+        q = state.q.copy()
+        q[:2] += rng.uniform(-0.35, 0.35, 2)  # it falls over, now and then
+        others = [contact for contact in state.contacts if contact.limb != limb]
+        asked: list[float] = []
+
+        def judge(
+            contact: Contact,
+            com: Array,
+            others: list[Contact] = others,
+            asked: list[float] = asked,
+        ) -> bool:
+            asked.append(generator._b0([*others, contact], com))
+            return False
+
+        still = LookAhead.still(q[data.robot.root_index])
+        for trial, contact in generator._placed(q, limb, others, still, None, judge):
+            expected.append(asked[-1])
+            reached.append(generator.robustness(trial, [*others, contact]))
+    before, after = np.array(expected), np.array(reached)
+    assert len(before) > 200
+    for threshold in np.quantile(after, np.linspace(0.05, 0.95, 19)):
+        hopeless = before < threshold - DOUBT * weight
+        assert (after[hopeless] < threshold).all()
+        assert hopeless[after < threshold - 2 * DOUBT * weight].all()  # and it does save some
+
+
+def test_hopeless_candidates_are_not_projected(
+    hyq_data: RobotData, flat_scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The answer is the same as without the short cut, for fewer projections."""
+    found, projected = [], []
+    for doubt in (DOUBT, np.inf):
+        monkeypatch.setattr("rbprm_core.contacts.generator.DOUBT", doubt)
+        generator = ContactGenerator(hyq_data, flat_scene, GRAVITY, 10.0)
+        state = standing(generator, root_at(0, 0, 0.6))
+        before = generator.tally.counts["projection"]
+        for limb in LEGS:
+            for shift in (0.0, 0.1, 0.2, 0.3):
+                q = state.q.copy()
+                q[0] += shift
+                others = [c for c in state.contacts if c.limb != limb]
+                ahead = LookAhead.still(q[:7])
+                for threshold in (10.0, 100.0, 200.0, 1e3):
+                    made = generator.generate(q, limb, others, ahead, threshold=threshold)
+                    found.append(made if isinstance(made, str) else made[1].position.tolist())
+        projected.append(generator.tally.counts["projection"] - before)
+    half = len(found) // 2
+    assert found[:half] == found[half:]
+    assert "equilibrium" in found
+    assert projected[0] < 0.7 * projected[1]

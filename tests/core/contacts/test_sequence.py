@@ -266,7 +266,7 @@ def test_the_caller_may_stop_a_walk(flat: ContactGenerator) -> None:
 
 
 def test_a_walk_keeps_its_time_limit(flat: ContactGenerator) -> None:
-    budget = Budget(0.2)
+    budget = Budget(0.05)
     with pytest.raises(TimeLimitReached, match="sequence"):
         walk(flat, straight(4.5), budget=budget)
     assert budget.elapsed < 2

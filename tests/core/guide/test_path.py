@@ -54,3 +54,21 @@ def test_no_way_along_the_path_is_shorter_than_the_crow_flies(
     a, b = first * path.length, second * path.length
     assert float(distance(path.at(a), path.at(b))) <= abs(b - a) + 1e-6
     assert np.linalg.norm(path.at(a)[3:7]) == pytest.approx(1)
+
+
+@given(paths(), st.integers(0, 2**32 - 1))
+def test_many_points_at_once_are_those_one_by_one(path: GuidePath, seed: int) -> None:
+    marks = np.random.default_rng(seed).uniform(-0.1, path.length + 0.1, 20)
+    marks = np.concatenate([marks, path.marks])
+    one_by_one = np.array([path.at(mark) for mark in marks])
+    # At a node where an edge ends the long way round, the quaternion's sign is either.
+    turned = np.abs((one_by_one[:, 3:7] * path.at_all(marks)[:, 3:7]).sum(axis=1))
+    assert turned == pytest.approx(1)
+    assert path.at_all(marks)[:, :3] == pytest.approx(one_by_one[:, :3])
+
+
+def test_a_path_of_one_node_is_there_everywhere() -> None:
+    node = np.array([[1.0, 2, 3, 0, 0, 0, 1]])
+    assert np.array_equal(
+        GuidePath(node).at_all(np.array([-1.0, 0, 2])), np.repeat(node, 3, axis=0)
+    )

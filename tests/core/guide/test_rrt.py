@@ -12,15 +12,17 @@ from numpy.typing import NDArray
 from rbprm_core.budget import Budget
 from rbprm_core.errors import Cancelled, NoGuideFound, TimeLimitReached
 from rbprm_core.guide import (
+    EdgeTest,
+    GuideOptions,
     GuidePath,
+    GuideProblem,
     Reachability,
     RootBounds,
+    RootSampler,
     RootSpace,
     RrtOptions,
-    plan_rrt,
 )
-from rbprm_core.guide.rrt import Edge, Tree
-from rbprm_core.guide.sampler import RootSampler
+from rbprm_core.guide.rrt import RrtSearch, Tree
 from rbprm_core.guide.space import distance
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface
@@ -42,16 +44,17 @@ class Search:
     def __post_init__(self) -> None:
         self.space = RootSpace(BOUNDS, np.zeros(0), np.zeros(0))
         self.condition = Reachability(self.data, self.scene, LEGS)
-        self.sampler = RootSampler(self.space, self.scene, self.condition, self.data.height)
-        self.edge = Edge(self.space, self.condition, RrtOptions())
+        self.sampler = RootSampler(
+            self.space, self.scene, self.condition, self.data.height, np.zeros(0)
+        )
+        self.edges = EdgeTest(self.space, self.condition, GuideOptions().resolution)
 
     def run(
         self, seed: int = 0, budget: Budget | None = None, iterations: int = 3000, **how: bool
     ) -> GuidePath:
-        path, nodes = plan_rrt(
-            START, GOAL, self.space, self.condition, self.sampler, budget or Budget(),
-            np.random.default_rng(seed), RrtOptions(iterations=iterations), **how,
-        )  # fmt: skip
+        problem = GuideProblem(START, GOAL, self.edges, self.sampler)
+        search = RrtSearch(problem, RrtOptions(iterations=iterations))
+        path, nodes = search.find(budget or Budget(), np.random.default_rng(seed), **how)
         assert nodes >= len(path.nodes)
         return path
 
@@ -91,7 +94,7 @@ def test_a_path_holds_from_end_to_end(around: Search, seed: int) -> None:
     assert np.array_equal(path.nodes[-1], GOAL)
     assert path.nodes[:, 1].max() > 0.5  # past the wall
     assert np.linalg.norm(path.nodes[:, 3:7], axis=1) == pytest.approx(np.ones(len(path.nodes)))
-    step, resolution = RrtOptions().step, RrtOptions().resolution
+    step, resolution = RrtOptions().step, GuideOptions().resolution
     assert np.diff(path.marks).max() <= step + 1e-9
     for mark in np.arange(0, path.length, resolution / 2):
         root = path.at(mark)
@@ -99,7 +102,7 @@ def test_a_path_holds_from_end_to_end(around: Search, seed: int) -> None:
     for mark in path.marks:
         assert around.condition.holds(path.at(mark))
     for a, b in zip(path.nodes, path.nodes[1:], strict=False):
-        assert around.edge.holds(a, b) or around.edge.holds(b, a)  # whichever tree it grew in
+        assert around.edges.holds(a, b) or around.edges.holds(b, a)  # whichever tree it grew in
 
 
 def test_the_seed_decides(around: Search) -> None:
@@ -146,7 +149,8 @@ def test_samples_are_inside_and_reachable_and_everywhere(around: Search) -> None
 def test_without_surfaces_samples_still_come(hyq_data: RobotData) -> None:
     scene = Scene([], np.array([[[50, 0, 0], [51, 0, 0], [50, 1, 0.0]]]))
     space = RootSpace(BOUNDS, np.zeros(0), np.zeros(0))
-    sampler = RootSampler(space, scene, Reachability(hyq_data, scene, ()), hyq_data.height)
+    condition = Reachability(hyq_data, scene, ())
+    sampler = RootSampler(space, scene, condition, hyq_data.height, np.zeros(0))
     root = sampler.draw(np.random.default_rng(0))
     assert root is not None
     assert space.contains(root)

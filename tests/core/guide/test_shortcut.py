@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from rbprm_core.budget import Budget
 from rbprm_core.errors import Cancelled
-from rbprm_core.guide import GuidePath, Reachability, RootBounds, RootSpace, RrtOptions, shorten
-from rbprm_core.guide.rrt import Edge
+from rbprm_core.guide import EdgeTest, GuidePath, Reachability, RootBounds, RootSpace, shorten
 from rbprm_core.guide.space import distance
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface
@@ -30,17 +29,17 @@ DETOUR = path_through((-2, 0), (-2, 2), (-1, 2.2), (0, 1.6), (1, 2.2), (2, 2), (
 
 
 @pytest.fixture(scope="module")
-def edge(hyq_data: RobotData, make_box: Box) -> Edge:
+def edge(hyq_data: RobotData, make_box: Box) -> EdgeTest:
     """Flat ground with a block in the straight way."""
     corners = [[-5, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]]
     block = make_box("block", np.array([-0.3, -0.5, 0.0]), np.array([0.3, 0.5, 2.0]))
     scene = Scene([make_surface("g", corners, 0.5), *block])
     space = RootSpace(BOUNDS, np.zeros(0), np.zeros(0))
-    return Edge(space, Reachability(hyq_data, scene, LEGS), RrtOptions())
+    return EdgeTest(space, Reachability(hyq_data, scene, LEGS), 0.05)
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_shorter_way_that_holds(edge: Edge, seed: int) -> None:
+def test_a_shorter_way_that_holds(edge: EdgeTest, seed: int) -> None:
     short = shorten(DETOUR, edge, 60, Budget(), np.random.default_rng(seed))
     assert short.length < 0.85 * DETOUR.length
     assert short.length > 4.01  # the block is still there
@@ -50,7 +49,7 @@ def test_a_shorter_way_that_holds(edge: Edge, seed: int) -> None:
         assert float(distance(a, b)) < 1e-9 or edge.holds(a, b)
 
 
-def test_every_loop_is_a_gain_or_nothing(edge: Edge) -> None:
+def test_every_loop_is_a_gain_or_nothing(edge: EdgeTest) -> None:
     lengths = [
         shorten(DETOUR, edge, loops, Budget(), np.random.default_rng(0)).length
         for loops in (0, 1, 2, 4, 8, 16, 32)
@@ -59,12 +58,12 @@ def test_every_loop_is_a_gain_or_nothing(edge: Edge) -> None:
     assert lengths == sorted(lengths, reverse=True)
 
 
-def test_a_straight_path_stays(edge: Edge) -> None:
+def test_a_straight_path_stays(edge: EdgeTest) -> None:
     straight = path_through((-2, 2), (0, 2), (2, 2))
     short = shorten(straight, edge, 30, Budget(), np.random.default_rng(0))
     assert short.length == pytest.approx(4)
 
 
-def test_the_caller_may_end_it(edge: Edge) -> None:
+def test_the_caller_may_end_it(edge: EdgeTest) -> None:
     with pytest.raises(Cancelled, match="shortcut"):
         shorten(DETOUR, edge, 10, Budget(cancelled=lambda: True), np.random.default_rng(0))

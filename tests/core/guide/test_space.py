@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.guide import RootBounds, RootSpace
-from rbprm_core.guide.space import ANGLE_WEIGHT, distance, interpolate
+from rbprm_core.guide.space import ANGLE_WEIGHT, distance, interpolate, interpolate_all
 from rbprm_core.placement import Placement
 
 Array = NDArray[np.float64]
@@ -136,3 +136,59 @@ def test_an_asked_root_outside_is_bad_input() -> None:
     assert caught.value.field == "goal"
     assert caught.value.value == [0, 0, 9, 0, 0, 0, 1]
     SPACE.require(root((0, 0, 2)), pose, "goal")
+
+
+HALF_RANGES = (0.0, 0.05, 0.3, 0.8, 1.5, 1.6, 2.5, 3.2)
+
+
+@settings(max_examples=300)
+@given(st.integers(0, 2**32 - 1), *[st.sampled_from(HALF_RANGES)] * 3)
+def test_an_edge_keeps_its_bounds_exactly_where_all_its_points_do(
+    seed: int, yaw: float, pitch: float, roll: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    half = np.array([yaw, pitch, roll])
+    space = RootSpace(RootBounds(-np.ones(3), np.ones(3), half), np.zeros(0), np.zeros(0))
+    ends = []
+    for _ in range(2):  # often on a bound, where an arc is most likely to leave it
+        share = np.clip(rng.uniform(-1.5, 1.5, 3), -1, 1)
+        angles = share * np.minimum(half, [3.1, 1.5, 3.1])  # yaw and roll are one at 90 degrees
+        rotation = pin.rpy.rpyToMatrix(angles[2], angles[1], angles[0])
+        ends.append(np.concatenate([rng.uniform(-1, 1, 3), pin.Quaternion(rotation).coeffs()]))
+    points = interpolate_all(*ends, np.arange(401) / 400)
+    over = np.array([excess(point, half) for point in points])
+    found = space.contains_edge(*ends)
+    assert not (found and over.max() > 2e-6)
+    assert found or over.max() > -1e-3  # a bound that is broken between two of the points
+
+
+def excess(point: Array, half: Array) -> float:
+    """Radians by which the worst of yaw, pitch and roll exceeds its bound."""
+    angles = np.abs(pin.rpy.matrixToRpy(pin.Quaternion(point[3:7]).matrix())[::-1])
+    return float((angles - half).max())
+
+
+def test_an_arc_may_leave_bounds_that_its_ends_keep() -> None:
+    """Pitch and roll together, one way and the other, each with no yaw: between, the root yaws."""
+    half = np.array([0.01, 1.5, 1.5])
+    space = RootSpace(RootBounds(-np.ones(3), np.ones(3), half), np.zeros(0), np.zeros(0))
+    a, b = (root((0, 0, 0), pitch=p, roll=r)[:7] for p, r in ((0.9, 0.9), (-0.9, -0.9)))
+    assert space.contains(a)
+    assert space.contains(b)
+    assert not space.contains(interpolate(a, b, 0.5))
+    assert not space.contains_edge(a, b)
+
+
+def test_an_edge_with_an_end_outside_is_outside() -> None:
+    inside, beside, turned = root(), root((2, 0, 1)), root(joint=0.5)
+    assert SPACE.contains_edge(inside, inside)
+    for other in (beside, turned):
+        assert not SPACE.contains_edge(inside, other)
+        assert not SPACE.contains_edge(other, inside)
+
+
+@given(roots(), roots())
+def test_many_points_of_a_way_are_those_of_each(a: Array, b: Array) -> None:
+    shares = np.array([0.0, 0.2, 0.7, 1.0])
+    for t, found in zip(shares, interpolate_all(a, b, shares), strict=True):
+        assert found == pytest.approx(interpolate(a, b, t), abs=1e-15)

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from rbprm_core.robot import Robot
-from rbprm_core.robot.bodies import convex, find_exact_pairs, make_bodies, pair_test
+from rbprm_core.robot.bodies import Bodies, convex, find_exact_pairs, make_bodies, pair_test
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.model import ROOT_JOINT
 
@@ -83,18 +83,48 @@ def test_owners_and_ends(toy_data: RobotData) -> None:
         assert last == (part in ("shank_0", "foot_0"))  # both hang on the knee
 
 
-def test_pairs_of_a_limb(toy_data: RobotData) -> None:
-    bodies = toy_data.bodies
-    for k in range(4):
-        alone = set(bodies.limb_pairs(k, others=False))
-        everything = set(bodies.limb_pairs(k, others=True))
-        assert alone < everything
-        owners = [{int(bodies.owner[a]), int(bodies.owner[b])} for a, b in alone]
-        assert all(pair <= {k, -1} for pair in owners)
-        assert all(k in {bodies.owner[a], bodies.owner[b]} for a, b in everything)
-    by_limb = {pair for k in range(4) for pair in bodies.limb_pairs(k, others=True)}
-    root = set(bodies.limb_pairs(-1, others=False))
-    assert by_limb | root == {(int(a), int(b)) for a, b in bodies.self_pairs}
+@pytest.mark.parametrize("which", ["hyq_data", "toy_data", "crawler_data"])
+def test_every_pair_that_can_move_is_of_one_limb_or_of_two(
+    which: str, request: pytest.FixtureRequest
+) -> None:
+    bodies: Bodies = request.getfixturevalue(which).bodies
+    limbs = range(-1, int(bodies.owner.max()) + 1)
+    own = {k: bodies.limb_pairs(k) for k in limbs}
+    between = {(k, j): bodies.pairs_between(k, j) for k in limbs for j in range(max(k, 0))}
+    for k, pairs in own.items():
+        owners = [{int(bodies.owner[a]), int(bodies.owner[b])} for a, b in pairs]
+        assert all(k in pair <= {k, -1} for pair in owners)
+    for (k, j), pairs in between.items():
+        assert all({int(bodies.owner[a]), int(bodies.owner[b])} == {k, j} for a, b in pairs)
+        assert pairs == bodies.pairs_between(j, k)
+    listed = [pair for pairs in (*own.values(), *between.values()) for pair in pairs]
+    moving = [(int(a), int(b)) for a, b in bodies.self_pairs if bodies.group[a] != bodies.group[b]]
+    assert sorted(listed) == sorted(moving)
+
+
+def test_what_hangs_on_a_limbs_last_joint_is_its_own(crawler_data: RobotData) -> None:
+    robot, bodies = crawler_data.robot, crawler_data.bodies
+    for name in ("left_arm", "right_arm"):
+        k, limb = robot.limbs.index(robot.limb(name)), robot.limb(name)
+        inner = {i for i, body in enumerate(bodies.objects) if body.parentJoint in limb.joints}
+        outer = {
+            i
+            for i, body in enumerate(bodies.objects)
+            if limb.last_joint in robot.model.supports[body.parentJoint]
+        }
+        assert outer - inner  # fingers, on joints of their own
+        assert set(np.flatnonzero(bodies.owner == k)) == inner | outer
+        assert set(np.flatnonzero((bodies.owner == k) & bodies.last)) == outer
+        assert set(bodies.group[sorted(outer)]) == {limb.last_joint}
+
+
+def test_unused_limbs_are_of_the_root_part(talos_data: RobotData) -> None:
+    robot, bodies = talos_data.robot, talos_data.bodies
+    arms = [i for i, body in enumerate(bodies.objects) if body.name.startswith("arm_")]
+    assert arms
+    assert set(bodies.owner[arms]) == {-1}
+    assert set(bodies.group[arms]) == {ROOT_JOINT}
+    assert robot.fixed_to(robot.model.getJointId("arm_left_4_joint")) == ROOT_JOINT
 
 
 @pytest.mark.parametrize("moving", [(), ("torso_1_joint",), ("torso_1_joint", "torso_2_joint")])
@@ -113,7 +143,7 @@ def test_what_moves_with_one_joint_is_a_rigid_group(talos: Robot, moving: tuple[
         relative = np.linalg.inv(places[:, first]) @ places[:, second]
         rigid = bool(np.ptp(relative, axis=0).max() < 1e-9)
         assert rigid == (bodies.group[first] == bodies.group[second])
-        listed = (int(first), int(second)) in bodies.limb_pairs(-1, others=False)
+        listed = (int(first), int(second)) in bodies.limb_pairs(-1)
         assert listed == (not rigid)
         apart += not rigid
     assert (apart > 0) == (len(moving) > 0)

@@ -49,6 +49,25 @@ def test_near_is_what_brute_force_finds(
     assert set(zip(samples.tolist(), near.tolist(), strict=True)) == wanted
 
 
+@pytest.mark.parametrize("size", [0.01, 0.1, 10.0])
+def test_the_size_of_a_limb_does_not_matter(hyq_data: RobotData, size: float) -> None:
+    """A finger has smaller cells than a leg, and finds the same samples."""
+    leg = hyq_data.databases[0]
+    jacobians = np.zeros((len(leg.joints), 3, 3))
+    finger = LimbDatabase(leg.joints, size * leg.positions, leg.rotations, jacobians, leg.coms)
+    pieces = SCENE.pieces(KINDS)
+    shift = leg.positions.mean(axis=0) - [0.3, 0.3, 0.0]
+    offsets = pieces.offsets + pieces.normals @ shift
+    edge_offsets = pieces.edge_offsets + pieces.edge_normals @ shift
+    samples, _ = leg.near(pieces.normals, offsets, pieces.edge_normals, edge_offsets, 0.05)
+    found, _ = finger.near(
+        pieces.normals, size * offsets, pieces.edge_normals, size * edge_offsets, size * 0.05
+    )
+    assert len(found) > 100
+    before, after = leg.joints[samples], finger.joints[found]
+    assert np.array_equal(before[np.lexsort(before.T)], after[np.lexsort(after.T)])
+
+
 def test_nothing_is_near_what_is_far(hyq_data: RobotData) -> None:
     database = hyq_data.databases[0]
     pieces = SCENE.pieces(KINDS)
@@ -75,10 +94,11 @@ def test_the_database_is_the_samples_in_another_order() -> None:
     rng = np.random.default_rng(0)
     joints, positions = rng.uniform(-1, 1, (200, 3)), rng.uniform(-1, 1, (200, 3))
     rotations, jacobians = rng.normal(size=(2, 200, 3, 3))
-    database = LimbDatabase(joints, positions, rotations, jacobians)
+    database = LimbDatabase(joints, positions, rotations, jacobians, 2 * positions)
     order = np.array([np.flatnonzero((joints == q).all(axis=1))[0] for q in database.joints])
     assert sorted(order) == list(range(200))
     assert np.array_equal(database.positions, positions[order])
+    assert np.array_equal(database.coms, 2 * positions[order])
     assert np.array_equal(database.rotations, rotations[order])
     wanted = jacobians[order] @ np.swapaxes(jacobians[order], 1, 2)
     assert database.grams == pytest.approx(wanted)

@@ -15,7 +15,7 @@ from rbprm_core.robot.description import PlanarContact, PointContact
 from rbprm_core.validation import parse_record
 from rbprm_core.vocabulary import SurfaceKind
 
-LIMBS = {"hyq": 4, "anymal": 4, "talos": 2}
+LIMBS = {"allegro": 3, "hyq": 4, "anymal": 4, "go2": 4, "g1": 2, "talos": 2}  # used by default
 
 
 def content() -> dict[str, Any]:
@@ -26,10 +26,10 @@ def content() -> dict[str, Any]:
 def test_the_robots_of_the_package_are_good(name: str) -> None:
     text = load_description(name)
     assert text.name == name
-    assert len(text.limbs) == LIMBS[name]
+    assert len(text.using().limbs) == LIMBS.get(name, len(text.default_limbs or text.limbs))
 
 
-def test_hyq_anymal_and_talos_come_with_the_package() -> None:
+def test_these_robots_come_with_the_package() -> None:
     assert set(LIMBS) <= set(known_robots())
 
 
@@ -65,6 +65,17 @@ def test_the_documented_contacts_are_contacts() -> None:
         data = changed("limbs.0.contact", tomllib.loads(line)["contact"])
         kinds.append(RobotDescription.model_validate(data).limbs[0].contact.type)
     assert sorted(set(kinds)) == ["planar", "point"]
+
+
+def test_the_documented_example_is_a_robot() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "robot_file.md").read_text()
+    blocks = [block.split("```")[0] for block in page.split("```toml")[1:]]
+    whole = parse_record(RobotDescription, tomllib.loads(blocks[0]), "robot")
+    assert whole.name == "my_robot"
+    assert len(whole.using().limbs) == 1
+    shared = next(tomllib.loads(block) for block in blocks if "left_leg_toes" in block)
+    text = parse_record(RobotDescription, {**content(), **shared})
+    assert [limb.name for limb in text.using().limbs] == ["left_leg"]
 
 
 @pytest.mark.parametrize("name", ["unicorn", "/no/such/robot.toml", ""])
@@ -172,7 +183,81 @@ def test_limbs_must_have_names_of_their_own() -> None:
         parse_record(RobotDescription, changed("limbs.1.name", "lf_leg"))
 
 
+ARMS = ("left_arm", "right_arm")
+
+
+def test_the_limbs_that_are_used() -> None:
+    text = load_description("talos")
+    names = [limb.name for limb in text.limbs]
+    assert text.default_limbs == ("left_leg", "right_leg")
+    assert [limb.name for limb in text.using().limbs] == ["left_leg", "right_leg"]
+    chosen = text.using(["right_arm", "left_leg"], ["torso_1_joint"])
+    assert [limb.name for limb in chosen.limbs] == ["left_leg", "right_arm"]  # the file's order
+    assert chosen.root_joints == ("torso_1_joint",)
+    assert chosen.using().limbs == chosen.limbs  # no longer the file's choice
+    assert text.using(names).limbs == text.limbs
+    assert len(text.limbs) == len(names)  # the first is as it was
+    everything = load_description("hyq")
+    assert everything.using().limbs == everything.limbs
+
+
+@pytest.mark.parametrize(
+    ("limbs", "value", "reason"),
+    [(["left_leg", "tail"], "tail", "left_leg, right_leg"), ([], [], "names no limb")],
+)
+def test_limbs_that_cannot_be_used(limbs: list[str], value: Any, reason: str) -> None:
+    with pytest.raises(InvalidInput, match=reason) as caught:
+        load_description("talos").using(limbs)
+    assert (caught.value.field, caught.value.value) == ("limbs", value)
+
+
+def test_other_heuristics_and_surfaces_for_some_limbs() -> None:
+    text = load_description("talos").using(["left_leg", *ARMS])
+    kinds = (SurfaceKind.LEAN, SurfaceKind.OTHER)
+    changed_ = text.ranked_by({"left_arm": {"effort": 2.0}}).touching({"right_arm": kinds})
+    leg, left, right = changed_.limbs
+    assert leg == text.limbs[0]
+    assert (left.heuristics, left.surfaces) == ({"effort": 2.0}, text.limbs[1].surfaces)
+    assert (right.heuristics, right.surfaces) == (text.limbs[2].heuristics, kinds)
+    assert text.ranked_by({}).touching({}) == text
+
+
+def test_a_limb_that_is_not_used_has_nothing_to_change() -> None:
+    text = load_description("talos").using()
+    with pytest.raises(InvalidInput) as caught:
+        text.ranked_by({"left_arm": {"effort": 2.0}})
+    assert (caught.value.field, caught.value.value) == ("heuristics", "left_arm")
+    with pytest.raises(InvalidInput) as caught:
+        text.touching({"left_arm": (SurfaceKind.LEAN,)})
+    assert (caught.value.field, caught.value.value) == ("surfaces", "left_arm")
+
+
+def test_another_trunk() -> None:
+    text = load_description("hyq")
+    assert text.bulky(None, None) == text
+    assert text.bulky(("trunk", "lf_upperleg"), None).volumes.trunk_scale == (
+        text.volumes.trunk_scale
+    )
+    larger = text.bulky(None, 1.6).volumes
+    assert (larger.trunk_links, larger.trunk_scale) == (text.volumes.trunk_links, 1.6)
+    assert larger.samples == text.volumes.samples
+
+
+def test_default_limbs_are_limbs() -> None:
+    with pytest.raises(InvalidInput, match="default_limbs names tail; known: lf_leg"):
+        parse_record(RobotDescription, {**content(), "default_limbs": ["lf_leg", "tail"]})
+    with pytest.raises(InvalidInput):
+        parse_record(RobotDescription, {**content(), "default_limbs": []})
+
+
 @pytest.mark.parametrize("ends", [[1.0, 0.5], [0.3, 0.3]])
 def test_an_empty_range_of_a_joint_is_refused(ends: list[float]) -> None:
     with pytest.raises(InvalidInput, match="lf_haa_joint is empty"):
         parse_record(RobotDescription, changed("joint_ranges", {"lf_haa_joint": ends}))
+
+
+def test_a_limb_has_a_heuristic() -> None:
+    text = content()
+    text["limbs"][0]["heuristics"] = {}
+    with pytest.raises(InvalidInput, match="heuristics"):
+        parse_record(RobotDescription, text, "robot")

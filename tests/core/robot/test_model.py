@@ -16,6 +16,7 @@ from rbprm_core.errors import InvalidInput
 from rbprm_core.resources import find_resource
 from rbprm_core.robot import Robot, RobotDescription, load_description
 from rbprm_core.robot.data import RobotData
+from rbprm_core.robot.model import ROOT_JOINT
 
 Array = NDArray[np.float64]
 
@@ -183,5 +184,73 @@ def test_a_limb_needs_bounded_axes(toy_file: Path, tmp_path: Path) -> None:
 
 
 def test_a_joint_is_of_the_root_or_of_a_limb() -> None:
-    with pytest.raises(InvalidInput):
+    with pytest.raises(InvalidInput, match="is a joint of limb lf_leg") as caught:
         robot_with(root_joints=("lf_haa_joint",))
+    assert (caught.value.field, caught.value.value) == ("robot.root_joints", "lf_haa_joint")
+
+
+def test_two_limbs_that_share_joints_are_not_used_at_once() -> None:
+    text = load_description("talos")
+    with pytest.raises(InvalidInput, match="with limb left_leg: choose one of them") as caught:
+        Robot.load(text.using(["left_leg", "right_leg", "left_leg_toes"]))
+    assert (caught.value.field, caught.value.value) == ("limbs", "left_leg_toes")
+    toes = Robot.load(text.using(["left_leg_toes", "right_leg"]))
+    assert [limb.name for limb in toes.limbs] == ["right_leg", "left_leg_toes"]
+
+
+def test_the_default_limbs_are_loaded() -> None:
+    text = load_description("talos")
+    robot = Robot.load(text)
+    assert tuple(limb.name for limb in robot.limbs) == text.default_limbs
+    assert [limb.name for limb in robot.description.limbs] == ["left_leg", "right_leg"]
+
+
+def test_every_joint_moves_with_the_nearest_that_is_not_fixed(crawler_data: RobotData) -> None:
+    robot = crawler_data.robot
+    model = robot.model
+    rng = np.random.default_rng(0)
+    own = [int(joint) for limb in robot.limbs for joint in limb.joints]
+    moving = [ROOT_JOINT, *robot.root_joints, *own]
+    data = model.createData()
+    poses = []
+    for _ in range(3):  # everything that moves, and nothing else
+        q = robot.reference.copy()
+        index = [model.joints[joint].idx_q for joint in moving[1:]]
+        q[index] = rng.uniform(robot.low[index], robot.high[index])
+        q[:3] = rng.uniform(-1, 1, 3)
+        pin.forwardKinematics(model, data, q)
+        poses.append(
+            [
+                data.oMi[robot.fixed_to(j)].actInv(data.oMi[j]).homogeneous
+                for j in range(ROOT_JOINT, model.njoints)
+            ]
+        )
+    assert np.ptp(np.array(poses), axis=0).max() < 1e-9
+    for joint in moving:
+        assert robot.fixed_to(joint) == joint
+    found = {robot.fixed_to(j) for j in range(ROOT_JOINT, model.njoints)}
+    assert found == set(moving)
+    assert robot.fixed_to(model.getJointId("head_2_joint")) == robot.root_joints[-1]
+
+
+@pytest.mark.parametrize(
+    ("joints", "reason"),
+    [
+        (("root_joint",), "unknown joint"),
+        (("universe",), "unknown joint"),
+        (("torso_1_joint", "torso_1_joint"), "named twice"),
+    ],
+)
+def test_root_joints_are_joints_of_the_robot_and_differ(
+    joints: tuple[str, ...], reason: str
+) -> None:
+    text = load_description("talos").using(root_joints=joints)
+    with pytest.raises(InvalidInput, match=reason) as caught:
+        Robot.load(text)
+    assert caught.value.field == "robot.root_joints"
+    assert caught.value.value == joints[0]
+
+
+def test_a_limb_is_chosen_once() -> None:
+    with pytest.raises(InvalidInput, match="names a limb twice"):
+        load_description("hyq").using(["lf_leg", "lf_leg"])

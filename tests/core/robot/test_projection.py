@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rbprm_core.robot import Robot
 from rbprm_core.robot.data import RobotData
-from rbprm_core.robot.projection import ARM, TOLERANCE, project
+from rbprm_core.robot.projection import ARM, TOLERANCE, _facing_task, face, project
 
 Array = NDArray[np.float64]
 seeds = st.integers(0, 2**32 - 1)
@@ -124,3 +124,70 @@ def test_the_jacobian_of_a_placement_is_its_derivative(talos: Robot, seed: int, 
     only, linear = this.kinematics.position_and_jacobian(joints)
     assert only == pytest.approx(position)
     assert linear == pytest.approx(jacobian[:3])
+
+
+@settings(max_examples=150)
+@given(seed=seeds, limb=st.integers(0, 3), turn=st.floats(0, 3.1))
+def test_a_patch_that_faces_a_normal_is_inside_the_limits(
+    crawler_data: RobotData, seed: int, limb: int, turn: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    this = crawler_data.robot.limbs[limb]
+    start = rng.uniform(this.low, this.high)
+    before = start.copy()
+    axis = this.kinematics.placement_and_jacobian(start)[1][:, 2]
+    across = np.cross(axis, rng.normal(size=3))
+    normal = pin.exp3(turn * across / np.linalg.norm(across)) @ axis
+    joints = face(this, start, normal)
+    assert np.array_equal(start, before)
+    if joints is not None:
+        assert (joints >= this.low).all()
+        assert (joints <= this.high).all()
+        reached = this.kinematics.placement_and_jacobian(joints)[1][:, 2]
+        assert np.linalg.norm(reached - normal) <= 1.01 * TOLERANCE / ARM
+
+
+def test_a_patch_is_turned_a_little_nearly_always(crawler_data: RobotData) -> None:
+    rng = np.random.default_rng(2)
+    tried = reached = 0
+    for limb, database in zip(crawler_data.robot.limbs, crawler_data.databases, strict=True):
+        for i in rng.integers(len(database.joints), size=100):
+            axis = database.rotations[i][:, 2]
+            normal = pin.exp3(rng.uniform(-0.05, 0.05, 3)) @ axis
+            joints = face(limb, database.joints[i], normal)
+            tried += 1
+            if joints is not None:
+                reached += 1
+                assert np.abs(joints - database.joints[i]).max() < 1.0
+    assert reached > 0.95 * tried
+
+
+@settings(max_examples=20)
+@given(seed=seeds)
+def test_a_patch_that_looks_the_other_way_does_not_face(crawler_data: RobotData, seed: int) -> None:
+    """Half a turn has no axis of its own, and is none the less a turn."""
+    rng = np.random.default_rng(seed)
+    arm = crawler_data.robot.limb("left_arm")
+    start = rng.uniform(arm.low, arm.high)
+    axis = arm.kinematics.placement_and_jacobian(start)[1][:, 2]
+    joints = face(arm, start, -axis)
+    if joints is not None:
+        reached = arm.kinematics.placement_and_jacobian(joints)[1][:, 2]
+        assert reached == pytest.approx(-axis, abs=1e-4)
+
+
+@settings(max_examples=40)
+@given(seed=seeds, limb=st.integers(0, 3))
+def test_the_jacobian_of_facing_is_how_the_error_shrinks(
+    crawler_data: RobotData, seed: int, limb: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    this = crawler_data.robot.limbs[limb]
+    joints = rng.uniform(this.low, this.high)
+    axis = this.kinematics.placement_and_jacobian(joints)[1][:, 2].copy()
+    _, jacobian = _facing_task(this, joints, axis)
+    for k in range(len(joints)):  # from where it faces, each joint turns it away
+        step = np.zeros(len(joints))
+        step[k] = 1e-6
+        error, _ = _facing_task(this, joints + step, axis)
+        assert -error / 1e-6 == pytest.approx(jacobian[:, k], abs=1e-5)

@@ -8,15 +8,13 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rbprm_core.errors import Cancelled, InvalidInput
 from rbprm_core.robot import Robot, RobotDescription, load_description
 from rbprm_core.robot.bodies import make_bodies, pair_test
 from rbprm_core.robot.data import RobotData, load_robot_data
-from rbprm_core.robot.sampling import MOST_TILT, sample_limb, turned_onto
+from rbprm_core.robot.sampling import MOST_TILT, PITCHED, sample_limb
 from rbprm_core.vocabulary import SurfaceKind
 
 Array = NDArray[np.float64]
@@ -26,13 +24,15 @@ def nothing(share: float) -> None:
     assert 0 <= share <= 1
 
 
-@pytest.mark.parametrize("which", ["hyq_data", "toy_data", "anymal_data", "talos_data"])
+@pytest.mark.parametrize(
+    "which", ["hyq_data", "toy_data", "anymal_data", "talos_data", "crawler_data"]
+)
 def test_samples_are_valid_configurations(which: str, request: pytest.FixtureRequest) -> None:
     data: RobotData = request.getfixturevalue(which)
     robot = data.robot
     collide = pair_test(robot, robot.geometry)
     pairs = list(robot.geometry.collisionPairs)
-    parents = [body.parentJoint for body in robot.geometry.geometryObjects]
+    parents = [robot.fixed_to(body.parentJoint) for body in robot.geometry.geometryObjects]
     scratch = robot.model.createData()
     rng = np.random.default_rng(0)
     for limb, database in zip(robot.limbs, data.databases, strict=True):
@@ -54,42 +54,67 @@ def test_samples_are_valid_configurations(which: str, request: pytest.FixtureReq
             assert not (collide(q) & own).any()
 
 
-def test_samples_of_a_flat_foot_face_up(talos_data: RobotData) -> None:
-    steepest = np.arctan(np.hypot(MOST_TILT, MOST_TILT))
-    for database in talos_data.databases:
-        assert len(database.joints) > 500
-        normals = database.rotations[:, :, 2]
-        assert normals[:, 2].min() >= np.cos(steepest) - 1e-4
-        assert (np.abs(normals[:, :2].mean(axis=0)) < 0.05).all()
-        assert np.ptp(np.arctan2(database.rotations[:, 1, 0], database.rotations[:, 0, 0])) > 1.0
-        whole = np.tile(np.eye(3), (len(normals), 1, 1))
-        assert database.rotations @ np.swapaxes(database.rotations, 1, 2) == pytest.approx(whole)
+def facing(data: RobotData, limb: int) -> tuple[Array, Array]:
+    """Tilt (m,) of a limb's sampled patches aside, and forward (about y), in radians."""
+    x, y, z = data.databases[limb].rotations[:, :, 2].T
+    return np.arcsin(y), np.arctan2(x, z)
+
+
+@pytest.mark.parametrize("limb", [0, 1])
+def test_samples_of_a_sole_stand_on_level_ground_for_any_pitch_of_the_root(
+    talos_data: RobotData, limb: int
+) -> None:
+    database = talos_data.databases[limb]
+    assert len(database.joints) > 500
+    aside, forward = facing(talos_data, limb)
+    most = np.arctan(MOST_TILT) + 1e-3
+    assert np.abs(aside).max() <= most
+    assert abs(aside.mean()) < 0.02
+    low, high = talos_data.robot.limbs[limb].root_pitch
+    assert -high - most <= forward.min() < -high + 0.3  # level ground, seen from a pitched root
+    assert forward.max() <= -low + most
+    upright = (np.abs(forward) <= most).mean()
+    assert 1 - PITCHED < upright < 0.85
+    assert np.ptp(np.arctan2(database.rotations[:, 1, 0], database.rotations[:, 0, 0])) > 1.0
+    whole = np.tile(np.eye(3), (len(database.joints), 1, 1))
+    rotations = database.rotations
+    assert rotations @ np.swapaxes(rotations, 1, 2) == pytest.approx(whole)
+
+
+def test_without_a_pitched_root_samples_of_a_sole_face_up(talos_data: RobotData) -> None:
+    robot = talos_data.robot
+    upright = replace(robot.limbs[0], root_pitch=(0.0, 0.0))
+    able = replace(robot, limbs=(upright, robot.limbs[1]))
+    rng = np.random.default_rng(0)
+    found = sample_limb(able, talos_data.bodies, upright, 1500, rng, nothing)
+    normals = found.rotations[:, :, 2]
+    assert len(normals) > 300
+    assert np.abs(normals[:, :2] / normals[:, 2:]).max() <= MOST_TILT + 1e-4
+
+
+def test_the_centre_of_mass_of_a_sample_is_that_of_its_limb(crawler_data: RobotData) -> None:
+    robot = crawler_data.robot
+    scratch = robot.model.createData()
+    rng = np.random.default_rng(0)
+    for limb, database in zip(robot.limbs, crawler_data.databases, strict=True):
+        for i in rng.integers(len(database.joints), size=20):
+            q = robot.reference.copy()
+            q[limb.q_index] = database.joints[i]
+            pin.centerOfMass(robot.model, scratch, q, True)
+            first = int(limb.joints[0])
+            com = scratch.oMi[limb.base].actInv(scratch.oMi[first].act(scratch.com[first]))
+            assert database.coms[i] == pytest.approx(com, abs=1e-6)
+            assert limb.kinematics.mass == pytest.approx(scratch.mass[first])
 
 
 def test_samples_of_a_patch_for_walls_face_sideways(talos_data: RobotData) -> None:
     robot = talos_data.robot
-    leaning = replace(robot.limbs[0], surfaces=(SurfaceKind.LEAN,))
+    leaning = replace(robot.limbs[0], surfaces=(SurfaceKind.LEAN,), root_pitch=(0.0, 0.0))
     able = replace(robot, limbs=(leaning, robot.limbs[1]))
     rng = np.random.default_rng(0)
     found = sample_limb(able, talos_data.bodies, leaning, 4000, rng, nothing)
     normals = found.rotations[:, :, 2]
     assert np.abs(normals[:, 2]).max() <= np.sin(np.arctan(MOST_TILT)) + 1e-4
-
-
-@settings(max_examples=200)
-@given(seed=st.integers(0, 2**32 - 1))
-def test_turned_onto_is_the_least_proper_rotation(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    rotation = pin.exp3(rng.uniform(-2, 2, 3))
-    normal = rng.normal(size=3)
-    normal /= np.linalg.norm(normal)
-    angle = np.arccos(np.clip(rotation[:, 2] @ normal, -1, 1))
-    for wanted, least in ((normal, angle), (rotation[:, 2], 0.0), (-rotation[:, 2], np.pi)):
-        found = turned_onto(rotation, wanted)
-        assert found[:, 2] == pytest.approx(wanted)
-        assert found @ found.T == pytest.approx(np.eye(3))
-        assert np.linalg.det(found) == pytest.approx(1)
-        assert np.linalg.norm(pin.log3(found @ rotation.T)) == pytest.approx(least, abs=1e-5)
 
 
 def test_manipulability_is_the_root_of_the_determinant(hyq_data: RobotData) -> None:
@@ -141,6 +166,38 @@ def test_another_description_has_data_of_its_own(
     second = load_robot_data(Robot.load(small_hyq.model_copy(update={"seed": 1})))
     assert len(list(tmp_path.iterdir())) == 2
     assert not np.array_equal(first.databases[0].joints, second.databases[0].joints)
+
+
+def test_heuristics_and_the_trunk_share_the_kept_data(
+    small_hyq: RobotDescription, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RBPRM_CACHE_DIR", str(tmp_path))
+    first = load_robot_data(Robot.load(small_hyq))
+    other = small_hyq.ranked_by({"lf_leg": {"effort": 1.0}}).bulky(("trunk", "lf_upperleg"), 1.5)
+    second = load_robot_data(Robot.load(other))
+    assert len(list(tmp_path.iterdir())) == 1
+    assert np.array_equal(first.databases[3].joints, second.databases[3].joints)
+    assert second.robot.limb("lf_leg").heuristics == {"effort": 1.0}
+    assert len(second.trunk) > len(first.trunk)
+
+
+@pytest.mark.parametrize("change", ["limbs", "surfaces", "samples"])
+def test_what_the_samples_depend_on_makes_data_anew(
+    small_hyq: RobotDescription,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    change: str,
+) -> None:
+    monkeypatch.setenv("RBPRM_CACHE_DIR", str(tmp_path))
+    volumes = small_hyq.volumes.model_copy(update={"samples": 1200})
+    other = {
+        "limbs": small_hyq.using(["lf_leg", "rh_leg"]),
+        "surfaces": small_hyq.touching({"lf_leg": (SurfaceKind.LEAN,)}),
+        "samples": small_hyq.model_copy(update={"volumes": volumes}),
+    }[change]
+    for text in (small_hyq, other):
+        load_robot_data(Robot.load(text))
+    assert len(list(tmp_path.iterdir())) == 2
 
 
 def test_an_edit_of_the_urdf_is_seen(

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -71,16 +70,28 @@ def test_the_faces_are_those_of_the_workspaces(hyq_data: RobotData) -> None:
         assert not (np.array([9.0, 0, 0]) @ faces[:, :3].T + faces[:, 3] <= 0).all()
 
 
-def test_the_trunk_contains_its_links_and_grows_with_s(hyq: Robot) -> None:
-    (small,), (large,) = trunk_volume(hyq, 1.0), trunk_volume(hyq, 1.2)
-    assert small.joint == large.joint == ROOT_JOINT
-    plain, scaled = small.corners, large.corners
-    trunk = next(g for g in hyq.geometry.geometryObjects if g.name.startswith("trunk"))
-    vertices = np.array([trunk.placement.act(v) for v in np.asarray(trunk.geometry.vertices())])
-    assert beyond(vertices, plain) < 1e-6
-    assert beyond(plain, scaled) < 1e-9
-    assert ConvexHull(scaled).volume == pytest.approx(1.2**3 * ConvexHull(plain).volume)
-    assert np.ptp(scaled, axis=0) == pytest.approx(1.2 * np.ptp(plain, axis=0))
+@pytest.mark.parametrize("which", ["hyq", "talos"])
+def test_the_trunk_is_boxes_that_contain_its_links_and_grow_with_s(
+    which: str, request: pytest.FixtureRequest
+) -> None:
+    robot: Robot = request.getfixturevalue(which)
+    small, large = trunk_volume(robot, 1.0), trunk_volume(robot, 1.2)
+    links = robot.description.volumes.trunk_links
+    bodies = [
+        next(g for g in robot.geometry.geometryObjects if g.name == f"{link}_0") for link in links
+    ]
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, robot.reference)
+    for plain, scaled, body in zip(small, large, bodies, strict=True):
+        assert plain.joint == scaled.joint == ROOT_JOINT
+        placement = data.oMi[ROOT_JOINT].actInv(data.oMi[body.parentJoint] * body.placement)
+        vertices = np.array([placement.act(v) for v in np.asarray(body.geometry.vertices())])
+        assert beyond(vertices, plain.corners) < 1e-6
+        assert beyond(plain.corners, vertices) > 0  # a box, not a hull
+        sides = ConvexHull(plain.corners).volume
+        assert ConvexHull(scaled.corners).volume == pytest.approx(1.2**3 * sides)
+        middle = plain.corners.mean(axis=0)
+        assert scaled.corners - middle == pytest.approx(1.2 * (plain.corners - middle))
 
 
 def test_a_box_is_its_corners(toy_data: RobotData) -> None:
@@ -90,29 +101,41 @@ def test_a_box_is_its_corners(toy_data: RobotData) -> None:
     assert len(np.unique(np.sign(piece.corners), axis=0)) == 8
 
 
-def test_a_piece_moves_with_the_joint_that_is_planned_with_the_root(talos: Robot) -> None:
-    text = talos.description
-    volumes = text.volumes.model_copy(update={"trunk_links": ("base_link", "torso_2_link")})
-    own = text.model_copy(update={"volumes": volumes})
-    with pytest.raises(InvalidInput, match="moves against the root") as caught:
-        trunk_volume(Robot.load(own), 1.0)
-    assert caught.value.value == "torso_2_link"
-    turning = {"root_joints": ("torso_1_joint", "torso_2_joint")}
-    robot = Robot.load(own.model_copy(update=turning))
-    joints = [piece.joint for piece in trunk_volume(robot, 1.0)]
-    assert joints == sorted(joints)
-    assert set(joints) == {ROOT_JOINT, robot.model.getJointId("torso_2_joint")}
+@pytest.mark.parametrize("torso", [(), ("torso_1_joint",), ("torso_1_joint", "torso_2_joint")])
+def test_a_piece_hangs_on_the_nearest_joint_that_is_planned_with_the_root(
+    talos: Robot, torso: tuple[str, ...]
+) -> None:
+    links = ("base_link", "torso_2_link", "leg_left_3_link")
+    text = talos.description.using(root_joints=torso).bulky(links, None)
+    robot = Robot.load(text)
+    base, chest, thigh = trunk_volume(robot, 1.0)
+    assert base.joint == thigh.joint == ROOT_JOINT
+    carrier = robot.model.getJointId(torso[-1]) if torso else ROOT_JOINT
+    assert chest.joint == carrier
+    body = next(g for g in robot.geometry.geometryObjects if g.name == "torso_2_link_0")
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, robot.reference)
+    placed = np.array([data.oMi[carrier].act(corner) for corner in chest.corners])
+    own = data.oMi[body.parentJoint] * body.placement
+    vertices = np.array([own.act(v) for v in np.asarray(body.geometry.vertices())])
+    assert beyond(vertices, placed) < 1e-6  # wherever it hangs, it is where the link is
 
 
-@pytest.mark.parametrize(
-    ("links", "reason"),
-    [(("wing",), "no collision geometry"), (("trunk", "lf_upperleg"), "moves against the root")],
-)
-def test_a_trunk_link_must_be_one(links: tuple[str, ...], reason: str) -> None:
-    text = load_description("hyq")
-    changes: dict[str, Any] = {"trunk_links": links}
-    volumes = text.volumes.model_copy(update=changes)
-    robot = Robot.load(text.model_copy(update={"volumes": volumes}))
-    with pytest.raises(InvalidInput, match=reason) as caught:
+def test_a_leg_of_the_trunk_is_where_the_reference_posture_puts_it() -> None:
+    text = load_description("talos").bulky(("leg_left_3_link",), None)
+    pieces = []
+    for bend in (0.0, -0.8):
+        posture = {"leg_left_3_joint": bend}
+        robot = Robot.load(text.model_copy(update={"reference_posture": posture}))
+        (piece,) = trunk_volume(robot, 1.0)
+        pieces.append(piece.corners)
+    assert pieces[1].mean(axis=0)[0] > pieces[0].mean(axis=0)[0] + 0.1  # forward
+    sizes = [np.linalg.norm(corners - corners[0], axis=1) for corners in pieces]
+    assert sizes[0] == pytest.approx(sizes[1])  # turned, but the same box
+
+
+def test_a_trunk_link_must_be_one() -> None:
+    robot = Robot.load(load_description("hyq").bulky(("trunk", "wing"), None))
+    with pytest.raises(InvalidInput, match="no collision geometry") as caught:
         trunk_volume(robot, 1.1)
-    assert (caught.value.field, caught.value.value) == ("volumes.trunk_links", links[-1])
+    assert (caught.value.field, caught.value.value) == ("volumes.trunk_links", "wing")

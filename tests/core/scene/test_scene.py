@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.scene import Scene, Surface, make_surface
+from rbprm_core.scene.scene import LEAST_TOGETHER, MOST_SHAPES
 from rbprm_core.vocabulary import SurfaceKind
 
 Array = NDArray[np.float64]
@@ -113,6 +114,32 @@ def test_everything_can_be_hit(make_box: Box) -> None:
     sides = triangles[:, 1:] - triangles[:, :1]
     areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
     assert areas.sum() == pytest.approx(2 * (2 + 3 + 6) + 0.5)
+
+
+@settings(max_examples=60)
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 700), same=st.booleans())
+def test_every_triangle_is_in_exactly_one_shape(seed: int, count: int, same: bool) -> None:
+    rng = np.random.default_rng(seed)
+    triangles = rng.normal(size=(count, 3, 3))
+    if same:
+        triangles[:] = triangles[0]  # nothing tells them apart
+    shapes = Scene([], triangles).shapes
+    parts = [np.asarray(shape.vertices()).reshape(-1, 3, 3) for shape in shapes]
+    most = max(LEAST_TOGETHER, -(-count // MOST_SHAPES))
+    assert max(map(len, parts)) <= most
+    assert len(parts) < 2 * MOST_SHAPES
+    found, wanted = np.concatenate(parts).reshape(-1, 9), triangles.reshape(-1, 9)
+    assert np.array_equal(found[np.lexsort(found.T)], wanted[np.lexsort(wanted.T)])
+
+
+def test_a_shape_is_of_triangles_that_are_near_to_each_other() -> None:
+    corner = 0.1 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]])
+    places = np.stack(np.meshgrid(np.arange(16.0), np.arange(16.0), [0.0]), axis=-1).reshape(-1, 3)
+    order = np.random.default_rng(0).permutation(len(places))
+    shapes = Scene([], places[order][:, None] + corner).shapes
+    sizes = [np.ptp(np.asarray(shape.vertices()), axis=0).max() for shape in shapes]
+    assert len(shapes) == 32
+    assert max(sizes) < 4  # of 16
 
 
 @settings(max_examples=40)

@@ -174,16 +174,9 @@ def test_without_contacts_nothing_holds() -> None:
     assert robustness(none) == -np.inf
 
 
-def test_without_weight_nothing_has_to_be_held() -> None:
-    points = np.array([[x, y, 0] for x in (-0.4, 0.4) for y in (-0.3, 0.3)])
-    generators = np.array([cone_generators(np.eye(3), 0.5)] * 4)
-    problem = Equilibrium.of(points, generators, np.zeros(3), HYQ_MASS, np.zeros(3))
-    assert robustness(problem) == pytest.approx(0)
-
-
-def test_a_squeeze_without_bound_is_a_number_that_a_plan_file_can_hold() -> None:
+def test_a_squeeze_without_bound_is_infinite() -> None:
     walls = [np.column_stack([[0, 1, 0], [0, 0, 1], [s, 0, 0]]) for s in (1.0, -1.0)]
     points = np.array([[s * 0.5, y, 0] for s in (-1, 1) for y in (-0.2, 0.2)])
     generators = np.array([cone_generators(w, 10.0) for w in walls for _ in range(2)])
     problem = Equilibrium.of(points, generators, np.zeros(3), HYQ_MASS, GRAVITY)
-    assert np.isfinite(robustness(problem))
+    assert robustness(problem) == np.inf

@@ -7,5 +7,6 @@ file's description.
 
 from rbprm_core.check.report import CheckReport, Kind, Violation
 from rbprm_core.check.runner import check_plan
+from rbprm_core.check.sequence import transitions
 
-__all__ = ["CheckReport", "Kind", "Violation", "check_plan"]
+__all__ = ["CheckReport", "Kind", "Violation", "check_plan", "transitions"]

@@ -55,6 +55,9 @@ from rbprm_core.plan import ContactEntry, StateEntry
 
 DEPTH_BOUND = 2e-3
 STANDING_DEPTH_BOUND = 10e-3
+REACH_BOUND = 10e-3  # as far as a link may sink into what it stands on: soles have round edges
+
+PROBE = coal.Sphere(1e-9)
 ALL_CONTACTS = 1_000_000  # coal wants a number; no mesh here has as many pairs of triangles
 
 
@@ -162,6 +165,41 @@ class Collisions:
                 limb = "" if contact is None else contact.limb
                 yield Violation(index, limb, Kind.COLLISION, text)
         yield from self._self_collisions(index)
+
+    def reach_violations(
+        self, contact: ContactEntry, index: int, field: str
+    ) -> Iterator[Violation]:
+        """A contact with a point that the robot itself does not reach.
+
+        The rigid body that carries the contact's frame has to: all links fixed to it, by the hulls
+        of their geometries, so that no contact is refused that a finer measure would pass. Of a
+        body without collision geometry nothing can be said.
+        """
+        frame = self.robot.model.frames[self.robot.frame(contact.frame, f"{field}.frame")]
+        rigid = [
+            k
+            for k, geometry in enumerate(self.robot.geometry.geometryObjects)
+            if geometry.parentJoint == frame.parentJoint
+        ]
+        if not rigid:
+            return
+        farthest = max(self._distance(rigid, np.array(point)) for point in contact.points)
+        if farthest > REACH_BOUND:
+            text = f"contact point {1e3 * farthest:.1f} mm from the robot's own geometry"
+            text += f" (at most {1e3 * REACH_BOUND:.1f} mm)"
+            yield Violation(index, contact.limb, Kind.OFF_ROBOT, text)
+
+    def _distance(self, bodies: list[int], point: NDArray[np.float64]) -> float:
+        """Distance of a point (3,) to the nearest hull of some bodies, metres; 0 inside."""
+        least = np.inf
+        for k in bodies:
+            placement = self.robot.geometry_data.oMg[k]
+            pose = coal.Transform3s(placement.rotation, placement.translation)
+            at = coal.Transform3s(np.eye(3), point)
+            request, result = coal.DistanceRequest(), coal.DistanceResult()
+            distance = coal.distance(PROBE, at, self.bodies[k].convex, pose, request, result)
+            least = min(least, max(float(distance), 0.0))
+        return least
 
     def _standing_link(self, contact: ContactEntry, state: int, k: int) -> int:
         field = f"states.{state}.contacts.{k}.frame"

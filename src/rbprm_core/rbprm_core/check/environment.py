@@ -21,6 +21,7 @@ from rbprm_core.resources import find_resource
 
 CONTACT_BOUND = 3e-3
 NORMAL_BOUND = np.deg2rad(3.0)
+FRICTION_SLACK = 1e-6  # a coefficient may have passed through single precision
 LEAST_AREA = 1e-12  # m^2: a sliver below it has no normal worth the name
 PLANAR_BOUND = 1e-3  # m: vertices of a polygon off its plane
 MERGE = 1e-6  # m: corners that near are one vertex
@@ -36,6 +37,7 @@ class Environment:
     Attributes:
         triangles: of all meshes and polygons, planning frame.
         normals: outward unit normals (n, 3).
+        friction: coefficients (n,); infinite where the plan declares none.
         bvh: the triangles for collision queries, in the same order.
         bodies: indices of the triangles of every connected piece.
         body_points: a corner (k, 3) of every piece, metres.
@@ -50,11 +52,15 @@ class Environment:
         pieces = [_mesh(m, f"{field}.meshes.{k}") for k, m in enumerate(entry.meshes)]
         pieces += [_polygon(s, f"{field}.surfaces.{k}") for k, s in enumerate(entry.surfaces)]
         triangles = np.concatenate([np.zeros((0, 3, 3)), *pieces])
+        declared = [_friction(mesh) for mesh in entry.meshes]
+        declared += [_friction(surface) for surface in entry.surfaces]
+        friction = np.repeat(declared, [len(piece) for piece in pieces])
         doubled = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
         areas = np.linalg.norm(doubled, axis=1) / 2
         kept = areas > LEAST_AREA
         self.triangles: Triangles = triangles[kept]
         self.normals: NDArray[np.float64] = doubled[kept] / (2 * areas[kept, None])
+        self.friction: NDArray[np.float64] = friction[kept]
         if not len(self.triangles):
             raise InvalidInput(field, entry.name, "has neither a mesh nor a surface")
         self.bvh = _bvh(self.triangles)
@@ -65,12 +71,15 @@ class Environment:
         self._body_low = np.array([self._low[body].min(axis=0) for body in self.bodies])
         self._body_high = np.array([self._high[body].max(axis=0) for body in self.bodies])
 
+    def near(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.intp]:
+        """Triangles whose bounding box meets the one from low (3,) to high (3,), metres."""
+        return np.flatnonzero(((self._low <= high) & (self._high >= low)).all(axis=1))
+
     def distances(
         self, point: NDArray[np.float64], radius: float
     ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
         """Triangles within a radius of a point (3,), and their distances; metres."""
-        near = (self._low <= point + radius) & (self._high >= point - radius)
-        candidates = np.flatnonzero(near.all(axis=1))
+        candidates = self.near(point - radius, point + radius)
         distances = triangle_distances(self.triangles[candidates], point)
         within = distances <= radius
         return candidates[within], distances[within]
@@ -102,6 +111,16 @@ def triangle_distances(triangles: Triangles, point: NDArray[np.float64]) -> NDAr
     closest_point: Any = trimesh.triangles.closest_point
     closest = closest_point(triangles, targets)
     return np.asarray(np.linalg.norm(closest - point, axis=1), dtype=float)
+
+
+def point_distances(
+    triangle: NDArray[np.float64], points: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Distances (n,) of points (n, 3) to a triangle (3, 3), metres."""
+    triangles = np.broadcast_to(triangle, (len(points), 3, 3))
+    closest_point: Any = trimesh.triangles.closest_point
+    closest = closest_point(triangles, points)
+    return np.asarray(np.linalg.norm(closest - points, axis=1), dtype=float)
 
 
 def by_corner(triangles: Triangles) -> NDArray[np.float64]:
@@ -153,11 +172,31 @@ def contact_on_environment(
         yield Violation(index, contact.limb, Kind.NORMAL, text)
 
 
+def contact_friction(
+    environment: Environment, contact: ContactEntry, index: int
+) -> Iterator[Violation]:
+    """A contact with more friction than the environment declares where it lies.
+
+    Of several facets within the bound of the distance the roughest counts.
+    """
+    for point in np.array(contact.points).reshape(-1, 3):
+        facets, _ = environment.distances(point, CONTACT_BOUND)
+        most = environment.friction[facets].max(initial=0.0)
+        if len(facets) and contact.friction > most + FRICTION_SLACK:
+            text = f"contact's friction {contact.friction:g}, the environment's there {most:g}"
+            yield Violation(index, contact.limb, Kind.FRICTION, text)
+            return
+
+
 def mesh_triangles(bvh: Any) -> Triangles:
     """Triangles of a coal mesh, in its own frame."""
     faces = [[bvh.tri_indices(k)[c] for c in range(3)] for k in range(bvh.num_tris)]
     vertices = np.array(bvh.vertices(), dtype=float)
     return np.asarray(vertices[np.array(faces, dtype=int).reshape(-1, 3)], dtype=float)
+
+
+def _friction(entry: MeshEntry | SurfaceEntry) -> float:
+    return entry.friction if "friction" in entry.model_fields_set else np.inf
 
 
 def _mesh(entry: MeshEntry, field: str) -> Triangles:

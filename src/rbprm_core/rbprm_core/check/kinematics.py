@@ -42,6 +42,8 @@ class Robot:
         self._require_all_joints()
         _select_pairs(self.model, self.geometry, entry.srdf)
         self.geometry_data = self.geometry.createData()
+        for request in self.geometry_data.collisionRequests:
+            request.enable_contact = True  # without it coal misses some pairs of convex hulls
 
     @property
     def mass(self) -> float:

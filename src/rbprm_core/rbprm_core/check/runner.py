@@ -7,7 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from rbprm_core.check.collision import Collisions
-from rbprm_core.check.environment import Environment, contact_on_environment
+from rbprm_core.check.environment import (
+    Environment,
+    contact_friction,
+    contact_on_environment,
+)
 from rbprm_core.check.kinematics import (
     Robot,
     centre_of_mass,
@@ -16,10 +20,12 @@ from rbprm_core.check.kinematics import (
     joint_limits,
     joint_order,
 )
+from rbprm_core.check.patches import Patches
 from rbprm_core.check.poses import plan_quaternions, state_quaternions
 from rbprm_core.check.report import PLAN, CheckReport, Kind, Violation
-from rbprm_core.check.sequence import Tracker, ends, limbs_once
-from rbprm_core.check.statics import state_robustness, statics, weight
+from rbprm_core.check.sequence import Tracker, ends, limbs_once, missing_at_goal
+from rbprm_core.check.statics import force_closure, state_robustness, statics, weight
+from rbprm_core.check.support import End, SupportCount
 from rbprm_core.plan import ContactPlan, StateEntry
 
 
@@ -43,6 +49,11 @@ def check_plan(plan: ContactPlan) -> CheckReport:
         transitions=check.tracker.transitions,
         robustness=tuple(check.robustness),
         deepest_collision=check.collisions.deepest,
+        overhanging=check.patches.overhanging,
+        unsupported=check.patches.unsupported,
+        goal_limbs=plan.request.goal_limbs,
+        goal_missing=missing_at_goal(plan),
+        support=check.support.total,
     )
 
 
@@ -55,6 +66,9 @@ class _Check:
         self.environment = Environment(plan.environment)
         self.collisions = Collisions(self.robot, self.environment)
         self.weight = weight(self.robot.mass, plan.request.gravity)
+        self.patches = Patches(self.environment)
+        self.support = SupportCount(self.weight, plan.request.grip_force)
+        self.last: End | None = None
         self.tracker = Tracker()
         self.robustness: list[float] = []
 
@@ -76,16 +90,27 @@ class _Check:
             field = f"states.{index}.contacts.{k}"
             yield from contact_pose(self.robot, contact, index, field)
             yield from contact_points(contact, index)
+            yield from self.collisions.reach_violations(contact, index, field)
             yield from contact_on_environment(self.environment, contact, index)
+            yield from contact_friction(self.environment, contact, index)
+            yield from self.patches.violations(contact, index)
         yield from self.collisions.state_violations(state, index)
         yield from self._statics(state, index)
+        yield from self._transition(state, index)
+
+    def _transition(self, state: StateEntry, index: int) -> Iterator[Violation]:
         yield from self.tracker.step(state, index)
+        end = End(state.contacts, self.robot.com)
+        if self.last is not None and self.tracker.changed:
+            self.support.add(self.last, end, self.tracker.changed)
+        self.last = end
 
     def _statics(self, state: StateEntry, index: int) -> Iterator[Violation]:
-        b0, fixed = state_robustness(state.contacts, self.robot.com, self.weight)
+        request, weightless = self.plan.request, not np.any(self.weight)
+        load = self.weight
+        b0, fixed = state_robustness(state.contacts, self.robot.com, load, request.grip_force)
         self.robustness.append(b0)
-        threshold, scale = (
-            self.plan.request.robustness_threshold,
-            float(np.linalg.norm(self.weight)),
-        )
-        yield from statics(state, index, b0, fixed, threshold, scale)
+        scale = request.grip_force if weightless else float(np.linalg.norm(load))
+        if weightless:
+            yield from force_closure(b0, index, scale)
+        yield from statics(state, index, b0, fixed, request.robustness_threshold, scale)

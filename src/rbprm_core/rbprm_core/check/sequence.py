@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 import pinocchio as pin
@@ -33,17 +34,25 @@ class Tracker:
     point nor the normal moves by more than its bound; else it has moved. A kept contact is held
     against the state in which it was made, so that many small steps do not add up unseen. Of a
     limb with more than one contact the first counts.
+
+    Attributes:
+        made: the contact of every limb as it was when it was made.
+        before: contacts of the last state by limb; None before the first.
+        changed: limbs that changed their contact in the last step.
+        transitions: number of steps in which one did.
     """
 
     made: dict[str, ContactEntry] = field(default_factory=dict)
     before: dict[str, ContactEntry] | None = None
+    changed: list[str] = field(default_factory=list)
     transitions: int = 0
 
     def step(self, state: StateEntry, index: int) -> Iterator[Violation]:
         """Violations of the pair of the last state and this one; makes this one the last."""
-        after = {contact.limb: contact for contact in reversed(state.contacts)}
+        after = _by_limb(state)
         before = after if self.before is None else self.before
-        changed = sorted(limb for limb in before.keys() | after if _changes(limb, before, after))
+        changed = _changed(before, after)
+        self.changed = changed
         self.transitions += bool(changed)
         if len(changed) > 1:
             text = f"{len(changed)} limbs change their contact: {', '.join(changed)} (at most 1)"
@@ -80,6 +89,22 @@ def displacement(before: ContactEntry, after: ContactEntry) -> float:
     return float(np.linalg.norm(new - old, axis=1).max())
 
 
+def transitions(plan: ContactPlan) -> int:
+    """Number of neighbouring states between which a contact breaks, is made or moves."""
+    states = [_by_limb(state) for state in plan.states]
+    return sum(bool(_changed(before, after)) for before, after in pairwise(states))
+
+
+def _by_limb(state: StateEntry) -> dict[str, ContactEntry]:
+    """Contacts of a state by limb; of a limb with more than one the first."""
+    return {contact.limb: contact for contact in reversed(state.contacts)}
+
+
+def _changed(before: dict[str, ContactEntry], after: dict[str, ContactEntry]) -> list[str]:
+    """Limbs whose contacts differ."""
+    return sorted(limb for limb in before.keys() | after if _changes(limb, before, after))
+
+
 def _changes(limb: str, before: dict[str, ContactEntry], after: dict[str, ContactEntry]) -> bool:
     """Whether a limb breaks, makes or moves its contact."""
     old, new = before.get(limb), after.get(limb)
@@ -89,6 +114,12 @@ def _changes(limb: str, before: dict[str, ContactEntry], after: dict[str, Contac
         return True
     turn = angle_between(old.normal, new.normal)
     return displacement(old, new) > DRIFT_BOUND + SLACK or turn > TURN_BOUND + SLACK
+
+
+def missing_at_goal(plan: ContactPlan) -> tuple[str, ...]:
+    """Limbs that were to be in contact in the last state and are not."""
+    standing = {contact.limb for state in plan.states[-1:] for contact in state.contacts}
+    return tuple(limb for limb in plan.request.goal_limbs or () if limb not in standing)
 
 
 def ends(plan: ContactPlan) -> Iterator[Violation]:

@@ -14,35 +14,35 @@ from scipy.optimize import linprog
 
 from rbprm_core.check.poses import angle_between, transform, unit
 from rbprm_core.check.report import Kind, Violation
-from rbprm_core.errors import InvalidInput, RbprmError
+from rbprm_core.errors import RbprmError
 from rbprm_core.plan import ContactEntry, StateEntry, Vector3
 
 SOLVER_SLACK = 1e-6
-"""Of the weight. HiGHS holds constraints to 1e-7 in the scaled problem, whose forces are in weights
-and whose moments in weights times the support's extent; a few of them add up in b0."""
+"""Of the weight, or of the grip force where there is no weight. HiGHS holds constraints to 1e-7 in
+the scaled problem, whose forces are in weights and whose moments in weights times the support's
+extent; a few of them add up in b0."""
 
 AGREEMENT = 1e-3
 """Of the weight: what 1 mm of the centre of mass, which the plan may be off by, moves b0 by at a
-support of some decimetres."""
+support of some decimetres. Of the grip force where there is no weight."""
 
 FREE_AGREEMENT = 0.05
 """Of b0, on top, where the plan does not fix the pyramid's edges about the normal."""
 
 ALIGNED = np.deg2rad(1.0)
+LEAST_SPREAD = 1e-3
+"""Of the largest singular value of the wrenches; contacts whose least is below it lie on a line."""
+
+BALANCED = 1e-6
+"""Of the load: a residual that is none, ten times what HiGHS allows a constraint."""
+
 UNBOUNDED = 1e3
 """b0 in weights from which on internal forces alone raise it without end (force closure)."""
 
 
 def weight(mass: float, gravity: Vector3) -> NDArray[np.float64]:
-    """Weight (3,) of a mass in kilograms, newtons, planning frame.
-
-    Raises:
-        InvalidInput: no gravity, so that no contact is needed and b0 has no scale.
-    """
-    force = mass * np.array(gravity, dtype=float)
-    if not np.linalg.norm(force) > 0:
-        raise InvalidInput("request.gravity", gravity, "must not be zero")
-    return force
+    """Weight (3,) of a mass in kilograms, newtons, planning frame."""
+    return mass * np.array(gravity, dtype=float)
 
 
 def tangent(contact: ContactEntry) -> tuple[NDArray[np.float64], bool]:
@@ -71,7 +71,7 @@ def robustness(points: ArrayLike, edges: ArrayLike, com: ArrayLike, load: ArrayL
         points: where the edges apply (k, 3), metres.
         edges: unit generators (k, 3), one non-negative force each.
         com: centre of mass (3,), metres, in the same frame.
-        load: weight (3,), newtons.
+        load: weight (3,), newtons, not zero.
 
     Returns:
         b0 in newtons; negative or -inf where contacts cannot hold the robot, inf in force closure.
@@ -87,9 +87,43 @@ def robustness(points: ArrayLike, edges: ArrayLike, com: ArrayLike, load: ArrayL
     return scale * _largest_least_force(wrenches, target)
 
 
+def grip(points: ArrayLike, edges: ArrayLike, force: float) -> float:
+    """b0 without weight: as `robustness`, with no load and forces that add up to a grip force.
+
+    Without a load either no force at all balances or b0 has no bound, so the forces' sum is fixed:
+    the min-weight metric of Li, Culbertson, Burdick and Ames, "FRoGGeR", IROS 2023, in newtons.
+
+    Args:
+        points: where the edges apply (k, 3), metres.
+        edges: unit generators (k, 3), one non-negative force each.
+        force: sum of the forces, newtons.
+
+    Returns:
+        b0 in newtons: positive exactly in force closure; 0 where forces balance but some wrench is
+        not resisted; negative or -inf where none balance.
+    """
+    arms = np.reshape(np.array(points, dtype=float), (-1, 3))
+    forces = np.reshape(np.array(edges, dtype=float), (-1, 3))
+    if not len(forces):
+        return -np.inf
+    arms = arms - (arms.min(axis=0) + arms.max(axis=0)) / 2
+    extent = max(float(np.abs(arms).max()), 1e-9)
+    wrenches = np.vstack((forces.T, np.cross(arms / extent, forces).T))
+    balance = np.vstack((wrenches, np.ones(len(forces))))
+    b0 = force * _largest_least_force(balance, np.append(np.zeros(6), 1.0))
+    strengths = np.linalg.svd(wrenches, compute_uv=False)
+    on_a_line = len(strengths) < 6 or strengths[-1] < LEAST_SPREAD * strengths[0]
+    return min(b0, 0.0) if on_a_line else b0
+
+
 def _largest_least_force(wrenches: NDArray[np.float64], target: NDArray[np.float64]) -> float:
-    """Max b0 s.t. wrenches (6, k) @ beta = target (6,), beta >= b0; all in units of the weight."""
+    """Max b0 s.t. wrenches (n, k) @ beta = target (n,), beta >= b0; target of the order of 1."""
     count = wrenches.shape[1]
+    # Forces of either sign that balance exist or not by linear algebra; near that border, as with
+    # two points and the load beside the line through them, HiGHS can end without an answer.
+    found, *_ = np.linalg.lstsq(wrenches, target, rcond=None)
+    if np.abs(wrenches @ found - target).max() > BALANCED:
+        return -np.inf
     # With beta = b0 + s the programme is over (s >= 0, b0), and needs no inequality rows.
     matrix = np.hstack((wrenches, wrenches.sum(axis=1, keepdims=True)))
     cost = np.append(np.zeros(count), -1.0)
@@ -104,9 +138,9 @@ def _largest_least_force(wrenches: NDArray[np.float64], target: NDArray[np.float
 
 
 def state_robustness(
-    contacts: Sequence[ContactEntry], com: ArrayLike, load: ArrayLike
+    contacts: Sequence[ContactEntry], com: ArrayLike, load: ArrayLike, grip_force: float = 1.0
 ) -> tuple[float, bool]:
-    """b0 of a state in newtons, and whether the plan fixes every pyramid."""
+    """b0 of a state in newtons, without load that of the grip; whether every pyramid is fixed."""
     points: list[Vector3] = []
     edges: list[NDArray[np.float64]] = []
     all_fixed = True
@@ -117,13 +151,26 @@ def state_robustness(
         for point in contact.points:
             points += [point] * len(pyramid)
             edges.extend(pyramid)
+    if not np.any(load):
+        return grip(points, edges, grip_force), all_fixed
     return robustness(points, edges, com, load), all_fixed
+
+
+def force_closure(b0: float, index: int, grip_force: float) -> Iterator[Violation]:
+    """A state without weight whose contacts do not resist every wrench; newtons."""
+    if b0 < SOLVER_SLACK * grip_force:
+        text = f"not in force closure: robustness b0 of {b0:.4g} N at a grip of {grip_force:.4g} N"
+        yield Violation(index, "", Kind.STATICS, text)
 
 
 def statics(
     state: StateEntry, index: int, b0: float, fixed: bool, threshold: float, scale: float
 ) -> Iterator[Violation]:
-    """A state below the threshold, or whose declared robustness is another; newtons."""
+    """A state below the threshold, or whose declared robustness is another; newtons.
+
+    Args:
+        scale: the robot's weight, or the grip force where it has none.
+    """
     if b0 < threshold - SOLVER_SLACK * scale:
         text = f"robustness b0 of {b0:.4g} N (at least {threshold:.4g} N)"
         yield Violation(index, "", Kind.STATICS, text)

@@ -11,12 +11,14 @@ from rbprm_core.scenario import known_scenarios, load_scenario
 @click.command()
 def scenarios() -> None:
     """List the scenarios that come with the package."""
-    for name in known_scenarios():
+    known = known_scenarios()
+    width = max(map(len, known)) + 2
+    for name in known:
         text = load_scenario(name)
         request = text.request
         start, goal = request.start.position, request.goal.position
         others = f", also {', '.join(text.robots)}" if text.robots else ""
-        click.echo(f"{name:<16}{text.robot}{others}: {start} to {goal}")
+        click.echo(f"{name:<{width}}{text.robot}{others}: {start} to {goal}")
 
 
 @click.command()

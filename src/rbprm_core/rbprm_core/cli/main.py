@@ -8,6 +8,9 @@ import traceback
 import click
 from rich.console import Console
 
+from rbprm_core.cli.bench import bench
+from rbprm_core.cli.bench_scaling import bench_scaling
+from rbprm_core.cli.calibrate import calibrate
 from rbprm_core.cli.check import check
 from rbprm_core.cli.listing import robots, scenarios
 from rbprm_core.cli.plan import plan
@@ -26,11 +29,11 @@ def cli() -> None:
     \b
     Exit codes: 0 done, 1 the checked plan is invalid, 2 bad input, 3 start not
     reachable, 4 goal not reachable, 5 no guide found, 6 no contact sequence
-    found, 7 time limit reached, 130 interrupted.
+    found, 7 time limit reached, 70 a fault of rbprm, 130 interrupted.
     """
 
 
-for command in (plan, check, view, scenarios, robots):
+for command in (plan, check, view, bench, bench_scaling, calibrate, scenarios, robots):
     cli.add_command(command)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -10,13 +11,16 @@ from rich.console import Console
 from rich.table import Table
 
 from rbprm_core.budget import LEAST_TIME_LIMIT, Budget
-from rbprm_core.check import check_plan
+from rbprm_core.check import CheckReport, check_plan
+from rbprm_core.check.report import figures
 from rbprm_core.cli.progress import StageBars
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import ContactPlan, transitions
+from rbprm_core.guide.planners import PLANNERS
+from rbprm_core.plan import ContactPlan
 from rbprm_core.planner import plan as plan_request
+from rbprm_core.portfolio import plan_portfolio
+from rbprm_core.request import PlanRequest
 from rbprm_core.result import contact_plan
-from rbprm_core.robot import Robot, load_description
 from rbprm_core.robot.data import load_robot_data
 from rbprm_core.scenario import load_scenario
 from rbprm_core.validation import finite_number
@@ -26,6 +30,18 @@ from rbprm_core.validation import finite_number
 @click.argument("scenario")
 @click.option("--robot", help="A known robot, or a robot file; the scenario's own by default.")
 @click.option("--seed", default=0, show_default=True, help="Of everything that is random.")
+@click.option(
+    "--jobs",
+    type=click.IntRange(min=1),
+    default=1,
+    show_default=True,
+    help="Processes that plan with this seed and those after it at once; first success wins.",
+)
+@click.option(
+    "--guide",
+    type=click.Choice(sorted(PLANNERS)),
+    help="Guide planner; the scenario's by default.",
+)
 @click.option("--time-limit", type=float, help="Seconds; the scenario's by default.")
 @click.option("--robustness", type=float, help="Least raw b0 in newtons instead of the scenario's.")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Plan file to write.")
@@ -33,6 +49,8 @@ def plan(
     scenario: str,
     robot: str | None,
     seed: int,
+    jobs: int,
+    guide: str | None,
     time_limit: float | None,
     robustness: float | None,
     out: Path | None,
@@ -40,27 +58,33 @@ def plan(
     """Plan SCENARIO, a known name or a scenario file, and check the plan.
 
     Robot data (workspaces, sample databases) are computed on a robot's first use and kept; the
-    time limit starts after that.
+    time limit starts after that. Of several jobs the plan names the seed that won; --seed with
+    that one alone gives the same plan again.
     """
     text = load_scenario(scenario)
     if seed < 0:
         raise InvalidInput("seed", seed, "must not be negative")
     if out is not None and not out.absolute().parent.is_dir():
         raise InvalidInput("out", str(out), "its folder does not exist")
-    model = Robot.load(load_description(robot or text.robot))
+    model = text.load_robot(robot)
     limit = text.request_text(model.name).time_limit if time_limit is None else time_limit
     limit = finite_number("time_limit", limit, low=LEAST_TIME_LIMIT)
     request = text.request_for(model, seed, robustness)
+    if guide is not None:
+        request = _guided_by(guide, request)
     scene = text.scene()
     console = Console()
     with StageBars(console) as bars:
         data = load_robot_data(model, bars.robot_data)
-        outcome = plan_request(request, data, scene, Budget(limit, report=bars.planning))
+        if jobs == 1:
+            outcome = plan_request(request, data, scene, Budget(limit, report=bars.planning))
+        else:
+            request, outcome = plan_portfolio(request, data, scene, limit, jobs, bars.seed)
     result = contact_plan(outcome, request, model, text.environment_entry())
     if out is not None:
         result.write(out)
     report = check_plan(result)
-    console.print(summary(result, "valid" if report.valid else "INVALID"))
+    console.print(summary(result, report))
     for violation in report.violations:
         console.print(str(violation), style="red", markup=False)
     console.print(f"written to {out}" if out else "not written; --out FILE keeps the plan")
@@ -68,19 +92,27 @@ def plan(
         raise click.exceptions.Exit(1)
 
 
-def summary(result: ContactPlan, verdict: str) -> Table:
-    """The plan in a few rows."""
+def _guided_by(planner: str, request: PlanRequest) -> PlanRequest:
+    chosen = replace(request.options.guide, planner=planner)  # type: ignore[arg-type]
+    return replace(request, options=replace(request.options, guide=chosen))
+
+
+def summary(result: ContactPlan, report: CheckReport) -> Table:
+    """The plan and its check in a few rows."""
     seconds = result.statistics.time
     table = Table(title=f"{result.environment.name}: {result.robot.name}", show_header=False)
     phases = [f"{name} {seconds[name]:.3f}" for name in seconds if "." not in name]
     table.add_row("seconds", ", ".join(phases))
-    changes = transitions(result)
+    changes = report.transitions
+    table.add_row("seed", str(result.request.seed))
     table.add_row("states", f"{len(result.states)}, {changes} contact transitions")
     table.add_row("per transition", f"{1000 * seconds['total'] / max(changes, 1):.1f} ms")
     least = min(state.robustness for state in result.states)
     threshold = result.request.robustness_threshold
-    table.add_row("least robustness", f"{least:.1f} N (threshold {threshold:g} N)")
+    table.add_row("least robustness", f"{least:.3g} N (threshold {threshold:g} N)")
     way = np.diff([node.position for node in result.guide], axis=0)
     table.add_row("guide", f"{np.linalg.norm(way, axis=1).sum():.2f} m")
-    table.add_row("independent check", verdict)
+    for name, text in figures(report).items():
+        table.add_row(name, text)
+    table.add_row("independent check", "valid" if report.valid else "INVALID")
     return table

@@ -48,6 +48,14 @@ class StageBars:
         note = f"{stage.states} states" if stage.states else ""
         self._show(stage.stage, stage.fraction, note)
 
+    def seed(self, seed: int, stage: Stage) -> None:
+        """Show where one of several seeds stands; each has a bar of its own."""
+        states = f", {stage.states} states" if stage.states else ""
+        name, note = f"seed {seed}", f"{stage.stage}{states}"
+        if name not in self._tasks:
+            self._tasks[name] = self._progress.add_task(name, total=1.0, note=note)
+        self._progress.update(self._tasks[name], completed=stage.fraction, note=note)
+
     def _show(self, name: str, fraction: float, note: str) -> None:
         if name not in self._tasks:
             for task in self._progress.tasks:

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+
+import coal
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from rbprm_core.contacts.broadphase import PairGroup
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
 
 Array = NDArray[np.float64]
+Shapes = Sequence[coal.CollisionGeometry]
 
 LIFT = 1e-3
 """Metres by which a limb in contact is lifted off its surface before it is tested.
@@ -23,44 +28,49 @@ class CollisionModel:
     """Tests of one robot in one scene. Not thread-safe: it holds scratch data."""
 
     def __init__(self, data: RobotData, scene: Scene) -> None:
-        bodies, limbs = data.bodies, range(len(data.robot.limbs))
-        self._model = data.robot.model
-        self._data = self._model.createData()
-        ground = pin.GeometryObject("environment", 0, pin.SE3.Identity(), scene.shape)
-        environment = len(bodies.objects)
-        self._ends = [
-            [i for i in range(bodies.hulls) if bodies.owner[i] == k and bodies.last[i]]
-            for k in limbs
-        ]
-        self._hits = []
-        for k in limbs:
-            hits = [(i, environment) for i in range(bodies.hulls) if bodies.owner[i] == k]
-            self._hits.append(bodies.model(hits, [ground]))
-        self._limbs = [bodies.model(bodies.limb_pairs(k, others=True)) for k in limbs]
-        hits = [(i, environment) for i in range(bodies.hulls) if bodies.owner[i] == -1]
-        self._root = bodies.model(hits + bodies.limb_pairs(-1, others=False), [ground])
-        self._hit_scratch = [geometry.createData() for geometry in self._hits]
-        self._limb_scratch = [geometry.createData() for geometry in self._limbs]
-        self._root_scratch = self._root.createData()
+        bodies, model = data.bodies, data.robot.model
+        self._model = model
+        self._data = model.createData()
+
+        def own(limb: int) -> list[int]:
+            return [i for i in range(bodies.hulls) if bodies.owner[i] == limb]
+
+        def group(
+            pairs: list[tuple[int, int]], against: Sequence[int] = (), obstacles: Shapes = ()
+        ) -> PairGroup:
+            return PairGroup(model, bodies.objects, pairs, against, obstacles)
+
+        limbs = range(len(data.robot.limbs))
+        self._ends = [[i for i in own(k) if bodies.last[i]] for k in limbs]
+        self._hits = [group([], own(k), scene.shapes) for k in limbs]
+        self._own = [group(bodies.limb_pairs(k)) for k in limbs]
+        self._between = {
+            frozenset((k, j)): group(bodies.pairs_between(k, j)) for k in limbs for j in range(k)
+        }
+        self._root = group(bodies.limb_pairs(-1), own(-1), scene.shapes)
 
     def root_free(self, q: Array) -> bool:
         """True where the root part is clear of the environment (and of itself)."""
-        pin.updateGeometryPlacements(self._model, self._data, self._root, self._root_scratch, q)
-        return not pin.computeCollisions(self._root, self._root_scratch, True)
+        pin.forwardKinematics(self._model, self._data, q)
+        return not self._root.collides(self._data)
 
-    def limb_free(self, q: Array, limb: int, normal: Array | None) -> bool:
+    def limb_free(
+        self, q: Array, limb: int, normal: Array | None, without: Iterable[int] = ()
+    ) -> bool:
         """True where a limb is clear of the environment and of the rest of the robot.
 
         Args:
             normal: (3,) of the surface that the limb touches, None where it touches none.
+            without: limbs that are not tested against, since they will be somewhere else.
         """
-        geometry, scratch = self._hits[limb], self._hit_scratch[limb]
-        pin.updateGeometryPlacements(self._model, self._data, geometry, scratch, q)
-        if normal is not None:
-            for i in self._ends[limb]:
-                scratch.oMg[i].translation += LIFT * normal
-        if pin.computeCollisions(geometry, scratch, True):
+        pin.forwardKinematics(self._model, self._data, q)
+        lifted = () if normal is None else self._ends[limb]
+        lift = None if normal is None else LIFT * normal
+        if self._hits[limb].collides(self._data, lifted, lift):
             return False
-        geometry, scratch = self._limbs[limb], self._limb_scratch[limb]
-        pin.updateGeometryPlacements(self._model, self._data, geometry, scratch)
-        return not pin.computeCollisions(geometry, scratch, True)
+        if self._own[limb].collides(self._data):
+            return False
+        others = set(range(len(self._own))) - {limb, *without}
+        return not any(
+            self._between[frozenset((limb, k))].collides(self._data) for k in sorted(others)
+        )

@@ -7,7 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rbprm_core.guide.path import GuidePath
+
 Array = NDArray[np.float64]
+
+COUNT = 8  # of roots that are looked at
+STILL = 1e-6  # metres; a shorter motion between two roots has no direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,7 +22,8 @@ class LookAhead:
     Attributes:
         root: (7 + j,) the root configuration now.
         roots: (h, 7 + j) those that follow, nearest first; h may be 0.
-        direction: (3,) unit direction of the root's motion in the world; zero where it rests.
+        direction: (3,) unit local direction of the root's motion in the world; zero where it
+            rests or only turns.
     """
 
     root: Array
@@ -28,6 +34,25 @@ class LookAhead:
     def still(root: Array) -> LookAhead:
         """Nothing ahead: the root rests."""
         return LookAhead(root, np.zeros((0, len(root))), np.zeros(3))
+
+    @staticmethod
+    def along(guide: GuidePath, mark: float, span: float, step: float) -> LookAhead:
+        """What lies ahead of a place on a guide.
+
+        The direction is that of two consecutive root positions (section 5.2.2): from the root now
+        to the next one, and near the goal from the last but one to the goal.
+
+        Args:
+            mark: the place, metres along the guide. span: how far to look ahead, metres.
+            step: distance of consecutive roots, metres.
+        """
+        marks = mark + span * np.arange(1, COUNT + 1) / COUNT
+        first = max(0.0, min(mark, guide.length - step))
+        found = guide.at_all(np.concatenate([marks, [first, first + step, mark]]))
+        roots, motion, root = found[:COUNT], found[-2, :3] - found[-3, :3], found[-1]
+        length = float(np.linalg.norm(motion))
+        direction = motion / length if length > STILL else np.zeros(3)
+        return LookAhead(root, roots, direction)
 
     @property
     def middle(self) -> Array:

@@ -1,4 +1,4 @@
-"""Options of the contact generator."""
+"""Options of the contact generator and of the sequence."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ class GeneratorOptions:
         spacing: of the candidates on a surface, metres; of those that are nearer to each other
             only the best is tried, since what blocks one mostly blocks the other.
         move: a new contact nearer than this to the one it replaces is no move, metres.
+        most_robust: where no candidate reaches the threshold, take the most robust one that is in
+            static equilibrium at all (b0 >= 0), as section 6.2.3 allows, rather than none.
     """
 
     band: Annotated[float, Field(gt=0)] = 0.04
@@ -28,3 +30,25 @@ class GeneratorOptions:
     candidates: Annotated[int, Field(ge=1)] = 60
     spacing: Annotated[float, Field(gt=0)] = 0.04
     move: Annotated[float, Field(ge=0.002)] = 0.02
+    most_robust: bool = False
+
+
+@dataclass(frozen=True)
+class SequenceOptions:
+    """Options of the sequence.
+
+    Attributes:
+        step: distance of root configurations along the guide, metres (section 6.2.4).
+        least_step: a step that fails is halved down to this, metres.
+        look_ahead: metres of guide ahead by which contacts are ranked.
+        prefer_supported: rather move a contact without which the robot still stands; false keeps to
+            the paper's order, with fewer transitions and less time.
+        root_slack: how far the root may leave the guide, metres, at the goal too, so that a limb
+            keeps its contact whose joints cannot follow the root, such as a knee's.
+    """
+
+    step: Annotated[float, Field(gt=0)] = 0.1
+    least_step: Annotated[float, Field(gt=0)] = 0.0125
+    look_ahead: Annotated[float, Field(ge=0)] = 0.4
+    prefer_supported: bool = True
+    root_slack: Annotated[float, Field(ge=0)] = 0.0

@@ -40,13 +40,14 @@ def start_state(
     if not generator.collision.root_free(q):
         raise kind("the root part of the robot collides with the environment")
     contacts: list[Contact] = []
+    floor = generator.floor if generator.options.most_robust else None
     still = LookAhead.still(root)
     for count, limb in enumerate(limbs, start=1):
         if budget is not None:
             budget.check("start", (count - 1) / len(limbs))
         # Equilibrium is asked of the whole set only: two feet alone hold no quadruped.
         threshold = generator.threshold if count == len(limbs) else -np.inf
-        found = generator.generate(q, limb, contacts, still, threshold=threshold)
+        found = generator.generate(q, limb, contacts, still, threshold=threshold, floor=floor)
         if isinstance(found, str):
             name = robot.limbs[limb].name
             raise kind(f"limb {name} finds no contact there ({found})", name)
@@ -58,6 +59,6 @@ def start_state(
             name = robot.limbs[limb].name
             raise kind(f"limb {name}, at its reference posture, is in collision", name)
     value = generator.robustness(q, contacts)
-    if value < generator.threshold or not contacts:
+    if value < generator.floor or not contacts:
         raise kind(f"{len(contacts)} contacts hold it with robustness {value:.3g} N only")
     return generator.state(q, contacts, free, value)

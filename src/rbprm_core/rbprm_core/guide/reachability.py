@@ -11,7 +11,10 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from rbprm_core.guide.space import distance, interpolate
+from rbprm_core.guide.equilibrium import EquilibriumTest
+from rbprm_core.guide.placements import RootPlacements
+from rbprm_core.guide.space import distance, interpolate_all
+from rbprm_core.guide.trunk import TrunkTest, levers
 from rbprm_core.robot.bodies import convex
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.model import ROOT_JOINT
@@ -20,6 +23,8 @@ from rbprm_core.scene import Scene
 Array = NDArray[np.float64]
 
 AVOIDED = 0.12  # metres (rotations count as in `distance`)
+AVOIDED_SHARE = 0.2  # of the limbs' reach, for robots so small that it is less, such as a hand
+SPARSE = 4  # points of an edge for one at which equilibrium, the dear part, is tested
 
 
 class Reachability:
@@ -27,12 +32,18 @@ class Reachability:
 
     Args:
         required: names of the limbs whose workspace must meet a surface.
+        equilibrium: what else must hold where a root is tested, None for the plain condition.
     """
 
-    def __init__(self, data: RobotData, scene: Scene, required: tuple[str, ...]) -> None:
-        self._robot = data.robot
-        self._scene = scene
-        self._trunk = [(piece.joint, convex(piece.corners)) for piece in data.trunk]
+    def __init__(
+        self,
+        data: RobotData,
+        scene: Scene,
+        required: tuple[str, ...],
+        equilibrium: EquilibriumTest | None = None,
+    ) -> None:
+        self._robot, self._scene = data.robot, scene
+        self._trunk = TrunkTest(data.robot, data.trunk, scene.shape)
         inner = [piece.corners for piece in data.trunk if piece.joint == ROOT_JOINT]
         self._trunk_middle = np.mean(np.concatenate(inner), axis=0) if inner else np.zeros(3)
         self._limbs = [
@@ -40,85 +51,95 @@ class Reachability:
             for k, limb in enumerate(data.robot.limbs)
             if limb.name in required
         ]
-        self._joints = [j for j, _ in self._trunk] + [limb.base for limb, _, _ in self._limbs]
-        self._fixed = all(joint == ROOT_JOINT for joint in self._joints)
-        self._data = data.robot.model.createData()
-        self._q = data.robot.reference.copy()
+        self._bases = RootPlacements(data.robot, [limb.base for limb, _, _ in self._limbs])
+        reaches = [
+            levers(data.robot, limb.base, data.workspaces[k])[0]
+            for k, limb in enumerate(data.robot.limbs)
+            if limb.name in required
+        ]
+        self.radius = max(self._trunk.radius, *reaches, 0.0)
+        """Metres around the root's position within which a scene decides about the condition."""
+        reach = max(float(np.linalg.norm(w, axis=1).max()) for w in data.workspaces)
+        self._clearance = min(AVOIDED, AVOIDED_SHARE * reach)
+        self._equilibrium = equilibrium
         self._still = coal.Transform3s()
         self._request, self._result = coal.CollisionRequest(), coal.CollisionResult()
         self._avoided = np.zeros((0, len(data.robot.root_index)))
 
     def avoid(self, root: Array, keep: tuple[Array, ...]) -> None:
-        """Take a root configuration, and what lies within AVOIDED metres, as a false positive.
+        """Take a root configuration, and what lies near it, as a false positive.
 
-        The condition is an approximation; a root at which the sequence stopped has shown it wrong
-        there, and the next guide has to pass it by. Nothing near the configurations to keep (start
-        and goal) is avoided, or there would be no guide at all.
+        Near is within AVOIDED metres, or less for a small robot. The condition is an approximation;
+        a root at which the sequence stopped has shown it wrong there, and the next guide has to
+        pass it by. Nothing near the configurations to keep (start and goal) is avoided, or there
+        would be no guide at all.
         """
-        if all(float(distance(root, kept)) > AVOIDED for kept in keep):
+        if all(float(distance(root, kept)) > self._clearance for kept in keep):
             self._avoided = np.vstack([self._avoided, root])
+
+    def avoids(self, roots: Array) -> bool:
+        """True where one of some root configurations (n, 7 + j) is near to an avoided one."""
+        return any(
+            float(distance(roots, avoided).min()) < self._clearance for avoided in self._avoided
+        )
 
     def holds(self, root: Array) -> bool:
         """True where the condition holds at a root configuration (7 + j,)."""
-        if len(self._avoided) and float(distance(self._avoided, root).min()) < AVOIDED:
-            return False
-        placements = self._placements(root)
-        if self._trunk_hits(placements):
-            return False
-        return all(
-            shape is not None and self._meets(workspace, placement, shape)
-            for (_, workspace, shape), placement in zip(
-                self._limbs, placements[len(self._trunk) :], strict=True
-            )
+        return (
+            not self.avoids(root[None])
+            and not self._trunk.hits(root)
+            and self._reaches(root)
+            and self._balances(root)
         )
 
     def failure(self, root: Array) -> tuple[str, str]:
         """Limb ("" for the trunk) and reason why the condition fails; ("", "") where it holds."""
-        placements = self._placements(root)
         rotation = pin.Quaternion(root[3:7]).matrix()
         if self._scene.encloses(rotation @ self._trunk_middle + root[:3]):
             return "", "the trunk is inside an obstacle"
-        if self._trunk_hits(placements):
+        if self._trunk.hits(root):
             scale = self._robot.description.volumes.trunk_scale
             return "", f"the trunk, scaled by {scale:g}, collides with the environment"
         for (limb, workspace, shape), placement in zip(
-            self._limbs, placements[len(self._trunk) :], strict=True
+            self._limbs, self._bases.at(root), strict=True
         ):
             kinds = " or ".join(limb.surfaces)
             if shape is None:
                 return limb.name, f"the environment has no {kinds} surface for limb {limb.name}"
             if not self._meets(workspace, placement, shape):
                 return limb.name, f"no {kinds} surface in the workspace of limb {limb.name}"
+        if not self._balances(root):
+            return "", "no contacts within the limbs' workspaces could bear the robot's weight"
         return "", ""
 
     def edge_holds(self, a: Array, b: Array, steps: int) -> bool:
-        """True where the condition holds at `steps` points from a (left out) to b (included).
+        """True where the condition holds from a (left out) to b (included).
 
-        Coarse to fine: an edge that fails mostly fails near its middle.
+        The trunk is free all along; the limbs' reach is tested at `steps` points of the way, and
+        equilibrium at each SPARSE-th of them. Coarse to fine: an edge that fails mostly fails at
+        its end or near its middle.
         """
-        order = np.zeros(0, dtype=int)
-        stride = 1 << max(steps - 1, 1).bit_length()
-        while stride >= 1:
-            fresh = np.arange(stride, steps + 1, stride)
-            order = np.concatenate([order, fresh[~np.isin(fresh, order)]])
-            stride //= 2
-        return all(self.holds(interpolate(a, b, i / steps)) for i in order)
-
-    def _trunk_hits(self, placements: list[coal.Transform3s]) -> bool:
-        return any(
-            self._meets(piece, placement, self._scene.shape)
-            for (_, piece), placement in zip(self._trunk, placements, strict=False)
+        roots = interpolate_all(a, b, _coarse_to_fine(steps) / steps)
+        return (
+            not self.avoids(roots)
+            and self._reaches(roots[0])
+            and not self._trunk.sweep_hits(a, b)
+            and all(self._reaches(root) for root in roots[1:])
+            and all(self._balances(root) for root in roots[: -(-steps // SPARSE)])
         )
 
-    def _placements(self, root: Array) -> list[coal.Transform3s]:
-        """World placements of the joints that carry the trunk's pieces, then the limbs."""
-        if self._fixed:
-            base = coal.Transform3s(pin.Quaternion(root[3:7]).matrix(), root[:3])
-            return [base] * len(self._joints)
-        self._q[self._robot.root_index] = root
-        pin.forwardKinematics(self._robot.model, self._data, self._q)
-        found = [self._data.oMi[joint] for joint in self._joints]
-        return [coal.Transform3s(place.rotation, place.translation) for place in found]
+    def _reaches(self, root: Array) -> bool:
+        """True where every required limb reaches a surface."""
+        return all(
+            shape is not None and self._meets(workspace, placement, shape)
+            for (_, workspace, shape), placement in zip(
+                self._limbs, self._bases.at(root), strict=True
+            )
+        )
+
+    def _balances(self, root: Array) -> bool:
+        """True where equilibrium is possible, or is not asked for."""
+        return self._equilibrium is None or self._equilibrium.holds(root)
 
     def _meets(
         self, body: coal.ShapeBase, placement: coal.Transform3s, mesh: coal.BVHModelBase
@@ -126,3 +147,10 @@ class Reachability:
         self._result.clear()
         coal.collide(body, placement, mesh, self._still, self._request, self._result)
         return bool(self._result.isCollision())
+
+
+def _coarse_to_fine(steps: int) -> NDArray[np.int_]:
+    """The numbers 1 to `steps`, the last first, then those that halve the gaps left."""
+    numbers = np.arange(1, steps + 1)
+    even = np.where(numbers == steps, steps * 2, numbers & -numbers)  # largest power of 2 within
+    return np.asarray(numbers[np.argsort(-even, kind="stable")])

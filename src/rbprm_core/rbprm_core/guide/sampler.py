@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from rbprm_core.guide.reachability import Reachability
 from rbprm_core.guide.space import RootSpace
+from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
 
 Array = NDArray[np.float64]
@@ -15,6 +16,7 @@ Array = NDArray[np.float64]
 AREA_WEIGHTED = 0.3  # share of samples whose surface is drawn by area, not evenly
 HEIGHTS = (0.6, 1.15)  # range of the root's height over its surface, in reference heights
 TRIES = 50
+AT_REFERENCE = 0.5  # share of samples whose root joints stay at the reference posture
 
 
 class RootSampler:
@@ -22,45 +24,75 @@ class RootSampler:
 
     Args:
         height: of the root over its contacts in the reference posture, metres.
+        joints: (j,) the root's joints in the reference posture.
+        reach: (n, 3) places of effectors in the root's frame, metres, where no gravity makes one
+            side of a surface its top: a root then has one of them on a surface of any kind.
     """
 
     def __init__(
-        self, space: RootSpace, scene: Scene, reachability: Reachability, height: float
+        self,
+        space: RootSpace,
+        scene: Scene,
+        reachability: Reachability,
+        height: float,
+        joints: Array,
+        reach: Array | None = None,
     ) -> None:
-        self._space, self._reachability, self._height = space, reachability, height
-        surfaces = [s for s in scene.surfaces if s.kind == "support"]
+        self._space, self._reachability = space, reachability
+        self._height, self._joints, self._reach = height, joints, reach
+        surfaces = [s for s in scene.surfaces if reach is not None or s.kind == "support"]
         fans = [
             (piece[0], piece[i], piece[i + 1], s.normal)
             for s in surfaces
             for piece in s.polygon.pieces
             for i in range(1, len(piece) - 1)
         ]
-        self._triangles = np.array([f[:3] for f in fans]).reshape(-1, 3, 3)
-        self._normals = np.array([f[3] for f in fans]).reshape(-1, 3)
+        triangles = np.array([f[:3] for f in fans]).reshape(-1, 3, 3)
+        normals = np.array([f[3] for f in fans]).reshape(-1, 3)
+        if reach is None:
+            off = HEIGHTS[1] * height * np.abs(normals)
+        else:
+            off = np.full_like(normals, np.linalg.norm(reach, axis=1).max())
+        near = self._near_bounds(triangles, off)
+        if near.any():  # else no draw keeps the bounds, which is for the caller to see
+            triangles, normals = triangles[near], normals[near]
+        self._triangles, self._normals = triangles, normals
         sides = self._triangles[:, 1:] - self._triangles[:, :1]
         areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
         self._cumulative = np.cumsum(areas / areas.sum()) if len(areas) else areas
 
+    def _near_bounds(self, triangles: Array, off: Array) -> NDArray[np.bool_]:
+        """(n,) True where a root `off` (n, 3) metres from a triangle at most may keep its bounds.
+
+        What lies far from the way then costs no draws.
+        """
+        bounds = self._space.bounds
+        low, high = triangles.min(axis=1) - off, triangles.max(axis=1) + off
+        return np.asarray(((high >= bounds.low) & (low <= bounds.high)).all(axis=1))
+
     def draw(self, rng: np.random.Generator) -> Array | None:
         """A reachable root configuration, or None where some tries gave none."""
         for _ in range(TRIES):
-            root = self._candidate(rng)
+            root = self.candidate(rng)
             if self._space.contains(root) and self._reachability.holds(root):
                 return root
         return None
 
-    def _candidate(self, rng: np.random.Generator) -> Array:
+    def candidate(self, rng: np.random.Generator) -> Array:
+        """A root configuration (7 + j,) as `draw` proposes them, whether it holds or not."""
         bounds = self._space.bounds
         yaw, pitch, roll = rng.uniform(-bounds.half_ranges, bounds.half_ranges)
         rotation = pin.rpy.rpyToMatrix(roll, pitch, yaw)
-        joints = rng.uniform(self._space.joint_low, self._space.joint_high)
+        joints = self._joints
+        if len(joints) and rng.random() >= AT_REFERENCE:
+            joints = rng.uniform(self._space.joint_low, self._space.joint_high)
         if len(self._triangles) == 0:
             position = rng.uniform(bounds.low, bounds.high)
         else:
-            position = self._above_surface(rng)
+            position = self._at_surface(rotation, rng)
         return np.concatenate([position, pin.Quaternion(rotation).coeffs(), joints])
 
-    def _above_surface(self, rng: np.random.Generator) -> Array:
+    def _at_surface(self, rotation: Array, rng: np.random.Generator) -> Array:
         if rng.random() < AREA_WEIGHTED:
             i = int(np.searchsorted(self._cumulative, rng.random()))
         else:
@@ -69,5 +101,23 @@ class RootSampler:
         u, v = rng.random(2)
         if u + v > 1:
             u, v = 1 - u, 1 - v
+        point = a + u * (b - a) + v * (c - a)
+        if self._reach is not None:
+            return np.asarray(point - rotation @ self._reach[rng.integers(len(self._reach))])
         height = self._height * rng.uniform(*HEIGHTS)
-        return np.asarray(a + u * (b - a) + v * (c - a) + height * self._normals[i])
+        return np.asarray(point + height * self._normals[i])
+
+
+def effector_places(data: RobotData) -> Array:
+    """Places (n, 3) that the limbs' samples put their effectors at, in the root's frame, metres.
+
+    Joints planned with the root are taken in the reference posture.
+    """
+    robot = data.robot
+    scratch = robot.model.createData()
+    pin.forwardKinematics(robot.model, scratch, robot.reference)
+    places = []
+    for limb, database in zip(robot.limbs, data.databases, strict=True):
+        base = scratch.oMi[limb.base]
+        places.append(database.positions @ base.rotation.T + base.translation)
+    return np.concatenate(places)

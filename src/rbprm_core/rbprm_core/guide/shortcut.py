@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from rbprm_core.budget import Budget
+from rbprm_core.guide.edge import EdgeTest
 from rbprm_core.guide.path import GuidePath
-from rbprm_core.guide.rrt import Edge
 from rbprm_core.guide.space import distance
 
 LEAST_GAIN = 1e-6  # metres
 
 
 def shorten(
-    path: GuidePath, edge: Edge, loops: int, budget: Budget, rng: np.random.Generator
+    path: GuidePath, edges: EdgeTest, loops: int, budget: Budget, rng: np.random.Generator
 ) -> GuidePath:
     """Try `loops` times to join two random points of the path by a straight edge."""
     for i in range(loops):
@@ -23,7 +23,7 @@ def shorten(
         first, second = np.sort(rng.uniform(0, path.length, 2))
         a, b = path.at(first), path.at(second)
         # Two points of one edge are as far apart as the path between them: nothing to gain.
-        if float(distance(a, b)) < second - first - LEAST_GAIN and edge.holds(a, b):
+        if float(distance(a, b)) < second - first - LEAST_GAIN and edges.holds(a, b):
             before, after = path.marks <= first, path.marks >= second
             path = GuidePath(np.concatenate([path.nodes[before], [a, b], path.nodes[after]]))
     return path

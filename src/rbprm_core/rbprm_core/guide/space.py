@@ -70,6 +70,25 @@ class RootSpace:
             return f"root joints {joints.tolist()} are outside their limits"
         return ""
 
+    def contains_edge(self, a: Array, b: Array) -> bool:
+        """True where every point of the way from a to b (`interpolate`) keeps all bounds.
+
+        Positions and joints move on straight lines between bounds that are boxes: their ends
+        suffice. Angles do not: the great arc between two orientations may leave a yaw, pitch and
+        roll that both keep. Each of those bounds is broken or kept by the sign of a sinusoid of
+        the angle turned (`_angle_bounds`); between two neighbouring roots of all of them nothing
+        changes, so that one point of each stretch tells for all of it.
+        """
+        if not (self.contains(a) and self.contains(b)):
+            return False
+        shares = _crossings(a[3:7], b[3:7], self.bounds.half_ranges + BOUNDS_SLACK)
+        if len(shares) == 0:
+            return True
+        ends = np.concatenate([[0.0], np.sort(shares), [1.0]])
+        return all(
+            self.contains(root) for root in interpolate_all(a, b, (ends[1:] + ends[:-1]) / 2)
+        )
+
     def require(self, root: Array, pose: Placement, field: str) -> None:
         """Raise `InvalidInput` naming the field where a requested root breaks a bound."""
         broken = self.outside(root)
@@ -78,21 +97,61 @@ class RootSpace:
             raise InvalidInput(field, value, f"{broken}; the request's root bounds exclude it")
 
 
+def _crossings(p: Array, q: Array, half_ranges: Array) -> Array:
+    """Shares (n,) of the great arc from quaternion p to q at which an angle may cross its bound.
+
+    With R = Rz(yaw) Ry(pitch) Rx(roll) and an orientation that turns by phi about a fixed axis u,
+    R(phi) = A + B cos(phi) + C sin(phi). Yaw crosses its bound a where R10 cos a -+ R00 sin a
+    changes sign, roll its bound c where R21 cos c -+ R22 sin c does, pitch b where R20 +- sin b.
+    """
+    first, last = (pin.Quaternion(v).matrix() for v in (p, q))
+    turn = pin.log3(first.T @ last)
+    angle = float(np.linalg.norm(turn))
+    if angle < 1e-9:
+        return np.zeros(0)
+    axis = pin.skew(turn / angle)
+    cosine, sine = -first @ axis @ axis, first @ axis  # Rodrigues: I + sin K + (1 - cos) K K
+    (ca, _, cc), (sa, sb, sc) = np.cos(half_ranges), np.sin(half_ranges)
+    # One row a sinusoid, over R10, R00, R21, R22, R20.
+    rows = np.zeros((6, 5))
+    rows[:2, 0], rows[2:4, 2], rows[4:, 4] = ca, cc, 1.0
+    rows[:2, 1], rows[2:4, 3] = (-sa, sa), (-sc, sc)
+    entries = (1, 0, 2, 2, 2), (0, 0, 1, 2, 0)
+    constant, c, s = (rows @ m[entries] for m in (first - cosine, cosine, sine))
+    constant[4:] += (sb, -sb)
+    size = np.hypot(c, s)
+    crosses = size > np.abs(constant)
+    middle = np.arctan2(s, c)[crosses]
+    half = np.arccos(-constant[crosses] / size[crosses])
+    shares = np.concatenate([middle + half, middle - half]) % (2 * np.pi) / angle
+    return np.asarray(shares[shares < 1])
+
+
 def distance(a: Array, b: Array) -> Array:
     """Distance (n,) in metres between configurations (n, 7 + j) and one (7 + j,)."""
     moved = np.linalg.norm(a[..., :3] - b[:3], axis=-1)
-    # The angle between two rotations from their quaternions' difference: unlike the arc cosine of
-    # the dot product it is exact for small angles.
+    turned = np.abs(a[..., 7:] - b[7:]).sum(axis=-1)
+    return np.asarray(moved + ANGLE_WEIGHT * (turned_angle(a, b) + turned))
+
+
+def turned_angle(a: Array, b: Array) -> Array:
+    """Angle (n,) in radians between the orientations of configurations (n, 7 + j) and one."""
+    # From the quaternions' difference: unlike the arc cosine of the dot product it is exact for
+    # small angles.
     near = np.linalg.norm(a[..., 3:7] - b[3:7], axis=-1)
     far = np.linalg.norm(a[..., 3:7] + b[3:7], axis=-1)
-    angle = 4 * np.arcsin(np.minimum(np.minimum(near, far) / 2, 1.0))
-    turned = np.abs(a[..., 7:] - b[7:]).sum(axis=-1)
-    return np.asarray(moved + ANGLE_WEIGHT * (angle + turned))
+    return np.asarray(4 * np.arcsin(np.minimum(np.minimum(near, far) / 2, 1.0)))
 
 
 def interpolate(a: Array, b: Array, t: float) -> Array:
     """Straight line in position and root joints, great arc in orientation; t in [0, 1]."""
-    root = a + t * (b - a)
+    return np.asarray(interpolate_all(a, b, np.array([t]))[0])
+
+
+def interpolate_all(a: Array, b: Array, shares: Array) -> Array:
+    """The points (n, 7 + j) of the way from a to b at some shares (n,) of it; see `interpolate`."""
+    t = shares[:, None]
+    roots = a + t * (b - a)
     p, q = a[3:7], b[3:7]
     cosine = float(p @ q)
     if cosine < 0:
@@ -102,5 +161,5 @@ def interpolate(a: Array, b: Array, t: float) -> Array:
     else:
         angle = np.arccos(cosine)
         mixed = (np.sin((1 - t) * angle) * p + np.sin(t * angle) * q) / np.sin(angle)
-    root[3:7] = mixed / np.linalg.norm(mixed)
-    return root
+    roots[:, 3:7] = mixed / np.sqrt((mixed * mixed).sum(axis=1))[:, None]
+    return np.asarray(roots)

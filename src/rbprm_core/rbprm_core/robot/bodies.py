@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from rbprm_core.robot.model import ROOT_JOINT, Robot
+from rbprm_core.robot.model import Robot
 
 Array = NDArray[np.float64]
 
@@ -31,9 +31,9 @@ class Bodies:
             URDF.
         self_pairs: (p, 2) indices into `objects`, each pair in its cheapest sound form.
         owner: (objects,) index of the limb that carries the object, -1 for the root part.
-        group: (objects,) id of the joint that an object of the root part is fixed to: the root's or
-            one planned with it; all other joints of the root part keep their reference position.
-        last: (objects,) True where the object hangs on its limb's last joint.
+        group: (objects,) id of the joint that an object is fixed to: the root's, one planned with
+            it, or a limb's; all other joints keep their reference position.
+        last: (objects,) True where the object is fixed to its limb's last joint.
     """
 
     objects: tuple[pin.GeometryObject, ...]
@@ -54,16 +54,19 @@ class Bodies:
             geometry.addCollisionPair(pin.CollisionPair(int(first), int(second)))
         return geometry
 
-    def limb_pairs(self, limb: int, others: bool) -> list[tuple[int, int]]:
-        """Self-collision pairs of a limb; `others` adds those with the other limbs."""
-        chosen = []
-        for first, second in self.self_pairs:
-            owners = {int(self.owner[first]), int(self.owner[second])}
-            if owners == {-1} and self.group[first] == self.group[second]:
-                continue  # never move against each other
-            if limb in owners and (others or owners <= {limb, -1}):
-                chosen.append((int(first), int(second)))
-        return chosen
+    def pairs_between(self, limb: int, other: int) -> list[tuple[int, int]]:
+        """Self-collision pairs of two limbs with each other."""
+        owners = self.owner[self.self_pairs]
+        chosen = (np.sort(owners, axis=1) == sorted((limb, other))).all(axis=1)
+        return [(int(first), int(second)) for first, second in self.self_pairs[chosen]]
+
+    def limb_pairs(self, limb: int) -> list[tuple[int, int]]:
+        """Self-collision pairs of a limb (-1: the root part) with itself and the root part."""
+        owners = self.owner[self.self_pairs]
+        chosen = (owners == limb).any(axis=1) & np.isin(owners, (limb, -1)).all(axis=1)
+        groups = self.group[self.self_pairs]
+        chosen &= groups[:, 0] != groups[:, 1]  # or they never move against each other
+        return [(int(first), int(second)) for first, second in self.self_pairs[chosen]]
 
 
 def make_bodies(robot: Robot, exact: NDArray[np.bool_]) -> Bodies:
@@ -85,27 +88,21 @@ def make_bodies(robot: Robot, exact: NDArray[np.bool_]) -> Bodies:
         for (a, b), ask_mesh in zip(pairs, exact, strict=True)
     ]
     joints = [body.parentJoint for body in objects]
-    owner = [
-        next((k for k, limb in enumerate(robot.limbs) if joint in limb.joints), -1)
-        for joint in joints
-    ]
     ends = {limb.last_joint for limb in robot.limbs}
+    group = [robot.fixed_to(joint) for joint in joints]
     return Bodies(
         objects=tuple(objects),
         hulls=len(raw),
         self_pairs=np.array(chosen, dtype=int).reshape(-1, 2),
-        owner=np.array(owner),
-        group=np.array([_fixed_to(robot, joint) for joint in joints]),
-        last=np.array([joint in ends for joint in joints]),
+        owner=np.array([_owner(robot, joint) for joint in group]),
+        group=np.array(group),
+        last=np.array([joint in ends for joint in group]),
     )
 
 
-def _fixed_to(robot: Robot, joint: int) -> int:
-    """The nearest joint at or above one that moves with the root configuration."""
-    moving = {ROOT_JOINT, *(robot.model.getJointId(name) for name in robot.description.root_joints)}
-    while joint not in moving:
-        joint = robot.model.parents[joint]
-    return joint
+def _owner(robot: Robot, joint: int) -> int:
+    """Index of the limb that a joint belongs to, -1 where there is none."""
+    return next((k for k, limb in enumerate(robot.limbs) if joint in limb.joints), -1)
 
 
 def find_exact_pairs(robot: Robot, rng: np.random.Generator) -> NDArray[np.bool_]:

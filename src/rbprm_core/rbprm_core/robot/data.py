@@ -22,8 +22,8 @@ from rbprm_core.robot.volumes import TrunkPiece, reachable_workspace, trunk_volu
 
 Array = NDArray[np.float64]
 
-FORMAT = "2"  # raise when what is kept, or how it is made, changes
-PARTS = ("joints", "positions", "rotations", "jacobians")  # of LimbSamples and LimbDatabase
+FORMAT = "5"  # raise when what is kept, or how it is made, changes
+PARTS = ("joints", "positions", "rotations", "jacobians", "coms")  # of LimbSamples and LimbDatabase
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,14 @@ def _inputs(robot: Robot) -> Iterator[bytes]:
     """Everything that the data depends on: formats, libraries, description, robot files."""
     yield FORMAT.encode()
     yield f"{pin.__version__} {coal.__version__} {np.__version__}".encode()
-    yield robot.description.model_dump_json().encode()
+    # No kept data depend on how candidates are ranked, nor on the trunk, which is quickly made.
+    text = robot.description.model_dump_json(
+        exclude={
+            "limbs": {"__all__": {"heuristics"}},
+            "volumes": {"trunk_links": True, "trunk_scale": True},
+        }
+    )
+    yield text.encode()
     yield find_resource(robot.description.urdf, "robot.urdf").read_bytes()
     if robot.description.srdf is not None:
         yield find_resource(robot.description.srdf, "robot.srdf").read_bytes()

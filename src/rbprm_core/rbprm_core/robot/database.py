@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 CELL = 0.12  # metres; edge of a cell: larger ones hold more samples to test, smaller ones are more
+LEAST_CELLS = 6  # along the reach of a limb too small for cells of that edge, such as a finger
 
 
 class LimbDatabase:
@@ -20,19 +21,25 @@ class LimbDatabase:
     Args:
         joints: (m, n) valid configurations. positions: (m, 3) effector centres in the base frame.
         rotations: (m, 3, 3) of the contact frame. jacobians: (m, 3, n) of the centres
-            (equation 10).
+            (equation 10). coms: (m, 3) centres of mass of the limb in the base frame.
 
     Attributes:
-        joints: (m, n). positions: (m, 3), rotations: (m, 3, 3) in the base frame.
+        joints: (m, n). positions, coms: (m, 3), rotations: (m, 3, 3) in the base frame.
         grams: (m, 3, 3) J J^T. manipulability: (m,) (equation 17).
     """
 
-    def __init__(self, joints: Array, positions: Array, rotations: Array, jacobians: Array) -> None:
-        cell = np.floor(positions / CELL).astype(np.int64)
+    def __init__(
+        self, joints: Array, positions: Array, rotations: Array, jacobians: Array, coms: Array
+    ) -> None:
+        reach = float((positions.max(axis=0) - positions.min(axis=0)).max())
+        self._cell = min(CELL, max(reach, 1e-3) / LEAST_CELLS)
+        cell = np.floor(positions / self._cell).astype(np.int64)
         order = np.lexsort(cell.T)
         self.joints = joints[order]
         self.positions = positions[order]
         self.rotations = rotations[order]
+        self.coms = coms[order]
+        self._columns = np.ascontiguousarray(self.positions.T)
         jacobians = jacobians[order]
         self.grams = jacobians @ np.swapaxes(jacobians, 1, 2)
         self.manipulability = np.sqrt(np.maximum(np.linalg.det(self.grams), 0.0))
@@ -40,7 +47,7 @@ class LimbDatabase:
             cell[order][:, ::-1], axis=0, return_index=True, return_counts=True
         )
         # lexsort sorts by the last key first: unique's order on the reversed columns is the same.
-        self._centers: Array = np.asarray((cells[:, ::-1] + 0.5) * CELL, dtype=float)
+        self._centers: Array = np.asarray((cells[:, ::-1] + 0.5) * self._cell, dtype=float)
         low, high = self.positions.min(axis=0), self.positions.max(axis=0)
         self._box = low + np.indices((2, 2, 2)).reshape(3, -1).T * (high - low)
 
@@ -66,25 +73,36 @@ class LimbDatabase:
         Returns:
             Indices of samples (h,) and of the pieces (h,) they are near to.
         """
-        half = CELL * math.sqrt(3) / 2
-        height = self._centers @ normals.T - offsets
-        cell, piece = np.nonzero(np.abs(height) <= band + half)
-        inside = _inside(self._centers[cell], edge_normals[piece], edge_offsets[piece] - half)
-        cell, piece = cell[inside], piece[inside]
+        half = self._cell * math.sqrt(3) / 2
+        sides = [(edge_normals[:, k], edge_offsets[:, k]) for k in range(edge_offsets.shape[1])]
+        close = np.abs(self._centers @ normals.T - offsets) <= band + half
+        for normal, offset in sides:
+            close &= self._centers @ normal.T >= offset - half
+        cell, piece = np.nonzero(close)
         counts = self._counts[cell]
         piece = np.repeat(piece, counts)
         first = np.repeat(self._starts[cell] - np.cumsum(counts) + counts, counts)
         sample = first + np.arange(len(piece))
-        points = self.positions[sample]
-        height = np.einsum("ij,ij->i", points, normals[piece]) - offsets[piece]
-        hit = np.abs(height) <= band
+        hit = np.abs(_height(self._columns, sample, normals, offsets, piece)) <= band
         sample, piece = sample[hit], piece[hit]
-        inside = _inside(points[hit], edge_normals[piece], edge_offsets[piece])
+        inside = np.ones(len(sample), dtype=bool)
+        for normal, offset in sides:
+            inside &= _height(self._columns, sample, normal, offset, piece) >= 0
         return sample[inside], piece[inside]
 
 
-def _inside(points: Array, edge_normals: Array, edge_offsets: Array) -> NDArray[np.bool_]:
-    """(h,) True where point i (h, 3) is inside all edges of its piece (h, e, 3), (h, e)."""
-    x, y, z = points[:, :1], points[:, 1:2], points[:, 2:]
-    height = edge_normals[..., 0] * x + edge_normals[..., 1] * y + edge_normals[..., 2] * z
-    return np.asarray((height >= edge_offsets).all(axis=1))
+def _height(
+    columns: Array,
+    sample: NDArray[np.int_],
+    normals: Array,
+    offsets: Array,
+    piece: NDArray[np.int_],
+) -> Array:
+    """Height (h,) of each sample's point, of columns (3, m), over the plane of its piece.
+
+    Column by column: gathering rows of three numbers takes several times as long.
+    """
+    height = -offsets[piece]
+    for column, normal in zip(columns, normals.T, strict=True):
+        height += column[sample] * normal[piece]
+    return height

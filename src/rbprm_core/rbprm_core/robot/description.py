@@ -5,30 +5,40 @@ Adding a robot means adding a file; `docs/robot_file.md` documents every key.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from rbprm_core.errors import InvalidInput
 from rbprm_core.files import known_files, read_toml
-from rbprm_core.validation import FILE_NAME, Record, parse_record
+from rbprm_core.validation import FILE_NAME, Record, one_of, parse_record
 from rbprm_core.vocabulary import SurfaceKind
 
 Positive = Annotated[float, Field(gt=0)]
 Names = Annotated[tuple[str, ...], Field(min_length=1)]
+Weights = Annotated[dict[str, float], Field(min_length=1)]
 
 
 class PointContact(Record):
-    """A ball foot.
+    """A ball foot, or a part of a ball, such as the front of a knee.
 
     Attributes:
         radius: of the ball in metres; the contact point lies one radius from its centre.
         center: of the ball in the effector frame, metres.
+        axis: from the ball's centre to the middle of the part that makes contact, in the effector
+            frame; of any length.
+        angle: between the axis and the outermost direction of that part, radians; pi for the whole
+            ball.
     """
 
     type: Literal["point"]
     radius: Annotated[float, Field(ge=0)]
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    axis: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    angle: Annotated[float, Field(gt=0, le=math.pi)] = math.pi
 
 
 class PlanarContact(Record):
@@ -54,6 +64,8 @@ class LimbDescription(Record):
         first_joint: name of the limb's joint nearest to the root.
         effector: frame of the URDF that makes contact.
         surfaces: kinds of surface that the limb may use.
+        root_pitch: of the root (about y, radians) for which a patch's samples are made: half of
+            them anywhere in this range, half with the root nearly upright.
         heuristics: name of heuristic to weight; the weighted sum ranks contact candidates.
         samples: size of the sample database (N of section 4.1).
     """
@@ -63,7 +75,8 @@ class LimbDescription(Record):
     effector: str
     contact: Annotated[PointContact | PlanarContact, Field(discriminator="type")]
     surfaces: Annotated[tuple[SurfaceKind, ...], Field(min_length=1)] = (SurfaceKind.SUPPORT,)
-    heuristics: dict[str, float] = {"manipulability": 1.0}
+    root_pitch: tuple[float, float] = (0.0, 0.0)
+    heuristics: Weights = {"manipulability": 1.0}
     samples: Annotated[int, Field(ge=100, le=1_000_000)] = 10_000
 
 
@@ -90,6 +103,8 @@ class RobotDescription(Record):
         urdf, srdf: paths relative to a `share` folder, or absolute.
         reference_posture: name of an SRDF group state, or joint values in radians by joint name.
         root_joints: joints planned with the root (r > 6 in section 2.3).
+        limbs: all that the robot may use; two of them may share joints, as a foot and a knee do.
+        default_limbs: names of the limbs used where nothing else is said; None for all.
         joint_ranges: narrower limits in radians by joint name, where the URDF's are no help
             (several turns) or where a knee must not flip.
         seed: of the random samples; part of the robot data's key.
@@ -103,6 +118,7 @@ class RobotDescription(Record):
     joint_ranges: dict[str, tuple[float, float]] = {}
     volumes: VolumeSettings
     limbs: Annotated[tuple[LimbDescription, ...], Field(min_length=1)]
+    default_limbs: Names | None = None
     seed: Annotated[int, Field(ge=0)] = 0
 
     @model_validator(mode="after")
@@ -113,7 +129,80 @@ class RobotDescription(Record):
         for joint, (low, high) in self.joint_ranges.items():
             if low >= high:
                 raise ValueError(f"joint_ranges.{joint} is empty: [{low:g}, {high:g}]")
+        for name in self.default_limbs or ():
+            if name not in names:
+                raise ValueError(f"default_limbs names {name}; known: {', '.join(names)}")
         return self
+
+    def using(
+        self, limbs: Sequence[str] | None = None, root_joints: Sequence[str] | None = None
+    ) -> RobotDescription:
+        """The robot with some of its limbs; what hangs on the others keeps the reference posture.
+
+        Args:
+            limbs: names; the description's own choice where None. root_joints: likewise.
+
+        Raises:
+            InvalidInput: a limb that the robot does not have.
+        """
+        known = tuple(limb.name for limb in self.limbs)
+        chosen = limbs if limbs is not None else self.default_limbs or known
+        if not chosen:
+            raise InvalidInput("limbs", [], "names no limb")
+        names = {one_of("limbs", name, known) for name in chosen}
+        if len(names) < len(chosen):
+            raise InvalidInput("limbs", list(chosen), "names a limb twice")
+        changed = {
+            "limbs": tuple(limb for limb in self.limbs if limb.name in names),
+            "default_limbs": None,
+            "root_joints": self.root_joints if root_joints is None else tuple(root_joints),
+        }
+        return self.model_copy(update=changed)
+
+    def ranked_by(self, heuristics: Mapping[str, Mapping[str, float]]) -> RobotDescription:
+        """The robot with other heuristics for some of its limbs.
+
+        Args:
+            heuristics: name of heuristic to weight, by name of limb; the other limbs keep theirs.
+
+        Raises:
+            InvalidInput: a limb that the robot does not have.
+        """
+        return self._changed("heuristics", {k: dict(v) for k, v in heuristics.items()})
+
+    def touching(self, surfaces: Mapping[str, tuple[SurfaceKind, ...]]) -> RobotDescription:
+        """The robot with other kinds of surface for some of its limbs.
+
+        Args:
+            surfaces: kinds by name of limb; the other limbs keep theirs.
+
+        Raises:
+            InvalidInput: a limb that the robot does not have.
+        """
+        return self._changed("surfaces", surfaces)
+
+    def bulky(self, links: tuple[str, ...] | None, scale: float | None) -> RobotDescription:
+        """The robot with another trunk volume W0.
+
+        Args:
+            links: whose boxes make it, scale: the factor s; as they are where None.
+        """
+        volumes = self.volumes
+        changed = {
+            "trunk_links": volumes.trunk_links if links is None else links,
+            "trunk_scale": volumes.trunk_scale if scale is None else scale,
+        }
+        return self.model_copy(update={"volumes": volumes.model_copy(update=changed)})
+
+    def _changed(self, field: str, values: Mapping[str, object]) -> RobotDescription:
+        """The robot with another value of a field for the limbs named."""
+        known = tuple(limb.name for limb in self.limbs)
+        chosen = {one_of(field, name, known): value for name, value in values.items()}
+        limbs = tuple(
+            limb.model_copy(update={field: chosen[limb.name]}) if limb.name in chosen else limb
+            for limb in self.limbs
+        )
+        return self.model_copy(update={"limbs": limbs})
 
 
 def known_robots() -> dict[str, Path]:

@@ -8,11 +8,16 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+FIRST = 1  # id of a limb's first joint in the model of the limb alone
+
 
 class LimbKinematics:
     """Effector placement and Jacobian of a limb in the frame of the joint it hangs on.
 
     Not thread-safe: it holds pinocchio's scratch data.
+
+    Attributes:
+        mass: of the limb and all that it carries, kilograms.
 
     Args:
         model: of the whole robot.
@@ -30,6 +35,7 @@ class LimbKinematics:
         kind, inertia = pin.FrameType.OP_FRAME, pin.Inertia.Zero()
         self._tip = self._model.addFrame(pin.Frame("contact", len(joints), tip, kind, inertia))
         self._data = self._model.createData()
+        self.mass = float(sum(model.inertias[j].mass for j in model.subtrees[int(joints[0])]))
         # Joints between root and base are locked at zero here; measured from the base, they and
         # the root do not matter.
         whole = model.createData()
@@ -54,6 +60,12 @@ class LimbKinematics:
         turned[3:] = rotation @ jacobian[3:]
         position = rotation @ placement.translation + self._base_translation
         return position, rotation @ placement.rotation, turned
+
+    def com(self, q: Array) -> Array:
+        """Centre of mass (3,) of the limb and all that it carries, in the base frame, metres."""
+        pin.centerOfMass(self._model, self._data, q, True)
+        first = self._data.oMi[FIRST].act(self._data.com[FIRST])
+        return np.asarray(self._base_rotation @ first + self._base_translation)
 
     def position_and_jacobian(self, q: Array) -> tuple[Array, Array]:
         """Contact centre (3,) in metres and its Jacobian (3, n) in the base frame (equation 10)."""

@@ -28,9 +28,11 @@ class Limb:
         q_index: (n,) their places in the configuration vector.
         low, high: (n,) joint limits in radians or metres.
         frame: id of the effector frame. contact: placement of the contact frame in it: the ball's
-            centre, or the middle of the patch with its outward normal as z axis.
+            centre, or the middle of the patch; its z axis points from the surface into the body.
         radius: of the ball around the centre, metres; 0 for a patch.
         half_size: (2,) of the patch, metres; None for a ball.
+        facing: least cosine of the angle between the contact frame's z axis and a surface's normal
+            for a part of a ball; -1 for a whole ball, and for a patch, which is turned onto it.
         kinematics: of the contact frame in the base frame, on the limb's joints alone.
     """
 
@@ -45,8 +47,10 @@ class Limb:
     contact: pin.SE3
     radius: float
     half_size: Array | None
+    facing: float
     kinematics: LimbKinematics
     surfaces: tuple[SurfaceKind, ...]
+    root_pitch: tuple[float, float]
     heuristics: dict[str, float]
     samples: int
 
@@ -62,6 +66,17 @@ class Limb:
             return np.zeros((1, 3))
         x, y = self.half_size
         return np.array([[x, y, 0.0], [-x, y, 0.0], [-x, -y, 0.0], [x, -y, 0.0]])
+
+    def faces(self, joints: Array, normal: Array) -> bool:
+        """True where the part of the ball that makes contact is on a surface's side.
+
+        Args:
+            joints: (n,) of the limb. normal: (3,) of the surface in the base frame.
+        """
+        if self.facing <= -1.0:
+            return True
+        rotation = self.kinematics.placement_and_jacobian(joints)[1]
+        return bool(rotation[:, 2] @ normal >= self.facing)
 
     @property
     def last_joint(self) -> int:
@@ -103,17 +118,25 @@ def make_limb(model: pin.Model, text: LimbDescription, low: Array, high: Array) 
         half_size=(
             None if isinstance(text.contact, PointContact) else np.array(text.contact.half_size)
         ),
+        facing=(
+            float(np.cos(text.contact.angle)) if isinstance(text.contact, PointContact) else -1.0
+        ),
         kinematics=LimbKinematics(model, base, np.array(joints), frame, contact),
         surfaces=text.surfaces,
+        root_pitch=text.root_pitch,
         heuristics=dict(text.heuristics),
         samples=text.samples,
     )
 
 
 def _contact_frame(text: LimbDescription) -> pin.SE3:
-    if isinstance(text.contact, PointContact):
-        return pin.SE3(np.eye(3), np.array(text.contact.center))
     field = f"limbs.{text.name}.contact"
+    if isinstance(text.contact, PointContact):
+        axis = np.array(text.contact.axis)
+        if not axis.any():
+            raise InvalidInput(f"{field}.axis", text.contact.axis, "has no direction")
+        turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), -axis).matrix()
+        return pin.SE3(turn, np.array(text.contact.center))
     return Placement.parse(text.contact.position, text.contact.orientation, field).transform
 
 

@@ -32,6 +32,7 @@ class Robot:
         low, high: (nq,) limits; infinite for the root.
         reference: (nq,) the reference posture with the root at the origin.
         joint_names: names of the joints in configuration order, root excluded.
+        root_joints: ids of the joints planned with the root.
         root_index: places in q of the root's degrees of freedom, the 7 of its pose first.
     """
 
@@ -43,6 +44,7 @@ class Robot:
     high: Array
     reference: Array
     joint_names: tuple[str, ...]
+    root_joints: tuple[int, ...]
     root_index: NDArray[np.int_]
 
     @property
@@ -59,19 +61,35 @@ class Robot:
         """The limb of a name."""
         return next(limb for limb in self.limbs if limb.name == name)
 
+    def fixed_to(self, joint: int) -> int:
+        """The nearest joint at or above one that moves: the root's, one planned with it, a limb's.
+
+        All other joints keep their position of the reference posture.
+        """
+        moving = {ROOT_JOINT, *self.root_joints, *(j for limb in self.limbs for j in limb.joints)}
+        while joint not in moving:
+            joint = self.model.parents[joint]
+        return joint
+
     @staticmethod
     def load(description: RobotDescription) -> Robot:
         """Read URDF and SRDF and resolve every name.
 
+        The limbs are the description's default ones; `RobotDescription.using` chooses others.
+
         Raises:
             InvalidInput: missing file, unknown name, or unsupported joint.
         """
+        if description.default_limbs is not None:
+            description = description.using()
         model = _read_model(description)
         low, high = _limits(model, description)
         limbs = tuple(make_limb(model, text, low, high) for text in description.limbs)
-        taken = {joint: limb.name for limb in limbs for joint in limb.joints}
-        root_joints = [_joint(model, name, "root_joints") for name in description.root_joints]
+        taken = _taken_joints(model, limbs)
+        root_joints = [_joint(model, name, "robot.root_joints") for name in description.root_joints]
         for joint in root_joints:
+            if root_joints.count(joint) > 1:
+                raise InvalidInput("robot.root_joints", model.names[joint], "is named twice")
             if joint in taken:
                 reason = (
                     f"is a joint of limb {taken[joint]}; it cannot be planned with the root too"
@@ -87,15 +105,33 @@ class Robot:
             high=high,
             reference=_reference(model, description, low, high),
             joint_names=tuple(model.names[2:]),
+            root_joints=tuple(root_joints),
             root_index=np.array(root_index),
         )
 
 
+def _taken_joints(model: pin.Model, limbs: tuple[Limb, ...]) -> dict[int, str]:
+    """Name of the limb that each joint belongs to."""
+    taken: dict[int, str] = {}
+    for limb in limbs:
+        for joint in map(int, limb.joints):
+            if joint in taken:
+                reason = f"shares {model.names[joint]} with limb {taken[joint]}: choose one of them"
+                raise InvalidInput("limbs", limb.name, reason)
+            taken[joint] = limb.name
+    return taken
+
+
 def _joint(model: pin.Model, name: str, field: str) -> int:
-    if not model.existJointName(name):
+    """Id of a joint of one axis; the root's own is none."""
+    if name not in model.names[2:]:
         known = ", ".join(model.names[2:])
         raise InvalidInput(field, name, f"unknown joint; known: {known}")
-    return int(model.getJointId(name))
+    joint = int(model.getJointId(name))
+    if model.joints[joint].nq != 1:
+        reason = f"joint type {model.joints[joint].shortname()} is not supported: one axis is"
+        raise InvalidInput(field, name, reason)
+    return joint
 
 
 def _read_model(description: RobotDescription) -> pin.Model:

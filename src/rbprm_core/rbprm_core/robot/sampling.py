@@ -13,12 +13,13 @@ from rbprm_core.errors import InvalidInput
 from rbprm_core.robot.bodies import Bodies
 from rbprm_core.robot.limb import Limb
 from rbprm_core.robot.model import Robot
-from rbprm_core.robot.projection import project
+from rbprm_core.robot.projection import face
 from rbprm_core.vocabulary import SurfaceKind
 
 Array = NDArray[np.float64]
 
 LEAST_VALID = 100
+PITCHED = 0.5  # share of the samples made for a root anywhere in the limb's pitch range
 MOST_TILT = 0.35  # tangent of the tilt of the surfaces that samples of a patch face
 REPORT_EVERY = 1000
 
@@ -32,12 +33,14 @@ class LimbSamples:
         positions: (m, 3) effector centres in the base frame, metres.
         rotations: (m, 3, 3) of the contact frame in the base frame.
         jacobians: (m, 3, n) of the centres in the base frame (equation 10).
+        coms: (m, 3) centres of mass of the limb in the base frame, metres.
     """
 
     joints: Array
     positions: Array
     rotations: Array
     jacobians: Array
+    coms: Array
 
 
 def sample_limb(
@@ -56,7 +59,7 @@ def sample_limb(
     Raises:
         InvalidInput: hardly any valid one; the description cannot be right.
     """
-    pairs = bodies.limb_pairs(robot.limbs.index(limb), others=False)
+    pairs = bodies.limb_pairs(robot.limbs.index(limb))
     geometry = bodies.model(pairs)
     data, scratch = robot.model.createData(), geometry.createData()
     q = robot.reference.copy()
@@ -80,16 +83,15 @@ def sample_limb(
     kept = drawn[valid]
     found = [limb.kinematics.placement_and_jacobian(joints) for joints in kept]
     positions, rotations, jacobians = (np.array(part) for part in zip(*found, strict=True))
-    return LimbSamples(kept, positions, rotations, jacobians[:, :3])
+    coms = np.array([limb.kinematics.com(joints) for joints in kept])
+    return LimbSamples(kept, positions, rotations, jacobians[:, :3], coms)
 
 
 def _face_surface(limb: Limb, joints: Array, rng: np.random.Generator) -> Array | None:
     """Joints (n,) near the given ones whose patch faces a surface of a kind the limb may use.
 
-    Few random postures of a leg have a level sole. Here the effector stays where it is and turns,
-    by the least angle, until its normal is one that such surfaces have.
+    Few random postures of a leg have a level sole.
     """
-    position, rotation, _ = limb.kinematics.placement_and_jacobian(joints)
     kind = limb.surfaces[rng.integers(len(limb.surfaces))]
     if kind is SurfaceKind.SUPPORT:
         tilt = rng.uniform(-MOST_TILT, MOST_TILT, 2)
@@ -98,15 +100,6 @@ def _face_surface(limb: Limb, joints: Array, rng: np.random.Generator) -> Array 
         angle = rng.uniform(-np.pi, np.pi)
         normal = np.array([np.cos(angle), np.sin(angle), rng.uniform(-MOST_TILT, MOST_TILT)])
     normal /= np.linalg.norm(normal)
-    return project(limb, joints, position, turned_onto(rotation, normal))
-
-
-def turned_onto(rotation: Array, normal: Array) -> Array:
-    """A rotation (3, 3) turned by the least angle so that its z axis is a unit vector (3,)."""
-    axis = rotation[:, 2]
-    cross = np.cross(axis, normal)
-    cosine = float(axis @ normal)
-    if cosine < -1 + 1e-9:  # opposite: any half turn about an axis in the plane
-        return np.asarray(rotation @ np.diag([1.0, -1.0, -1.0]))
-    skew = pin.skew(cross)
-    return np.asarray((np.eye(3) + skew + skew @ skew / (1 + cosine)) @ rotation)
+    if rng.random() < PITCHED:
+        normal = pin.rpy.rpyToMatrix(0.0, -rng.uniform(*limb.root_pitch), 0.0) @ normal
+    return face(limb, joints, normal)

@@ -64,14 +64,17 @@ class TrunkPiece:
 
 
 def trunk_volume(robot: Robot, scale: float) -> list[TrunkPiece]:
-    """The convex pieces of W0 (appendix A.2).
+    """The pieces of W0 (appendix A.2): bounding boxes of some links, scaled by s.
 
-    One piece a collision geometry of the trunk's links, scaled by s about its box's centre.
+    One box a collision geometry, scaled about its centre. Links that move against the root, such as
+    the upper legs that the paper includes, are taken where the reference posture puts them.
 
     Raises:
-        InvalidInput: a trunk link that does not exist, has no geometry or moves against the root.
+        InvalidInput: a trunk link that does not exist or has no geometry.
     """
-    fixed = {ROOT_JOINT, *(robot.model.getJointId(j) for j in robot.description.root_joints)}
+    carriers = {ROOT_JOINT, *robot.root_joints}
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, robot.reference)
     pieces = []
     for link in robot.description.volumes.trunk_links:
         bodies = [g for g in robot.geometry.geometryObjects if _link_of(robot, g) == link]
@@ -80,12 +83,12 @@ def trunk_volume(robot: Robot, scale: float) -> list[TrunkPiece]:
             reason = f"no collision geometry; links that have one: {', '.join(known)}"
             raise InvalidInput("volumes.trunk_links", link, reason)
         for body in bodies:
-            if body.parentJoint not in fixed:
-                reason = "moves against the root; trunk links are fixed to it or to a root joint"
-                raise InvalidInput("volumes.trunk_links", link, reason)
-            corners = _corners(body)
-            middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
-            pieces.append(TrunkPiece(body.parentJoint, middle + scale * (corners - middle)))
+            carrier = body.parentJoint
+            while carrier not in carriers:
+                carrier = robot.model.parents[carrier]
+            carried = data.oMi[carrier].actInv(data.oMi[body.parentJoint])
+            corners = np.array([carried.act(corner) for corner in _box(body, scale)])
+            pieces.append(TrunkPiece(carrier, corners))
     return pieces
 
 
@@ -93,15 +96,20 @@ def _link_of(robot: Robot, body: pin.GeometryObject) -> str:
     return str(robot.model.frames[body.parentFrame].name)
 
 
-def _corners(body: pin.GeometryObject) -> Array:
-    """Points (n, 3) whose hull contains a body, in its joint's frame."""
+def _box(body: pin.GeometryObject, scale: float) -> Array:
+    """Corners (8, 3) of a body's box along its joint's axes, scaled about its centre, metres."""
     shape = body.geometry
+    shape.computeLocalAABB()
     if isinstance(shape, coal.BVHModelBase):
         points = np.asarray(shape.vertices())
-        points = points[ConvexHull(points).vertices]
     else:
-        shape.computeLocalAABB()
-        low, high = np.array(shape.aabb_local.min_), np.array(shape.aabb_local.max_)
-        corners = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T
-        points = low + corners * (high - low)
-    return np.array([body.placement.act(point) for point in points])
+        points = _corners(np.array(shape.aabb_local.min_), np.array(shape.aabb_local.max_))
+    placed = points @ body.placement.rotation.T + body.placement.translation
+    low, high = placed.min(axis=0), placed.max(axis=0)
+    middle, half = (low + high) / 2, scale * (high - low) / 2
+    return _corners(middle - half, middle + half)
+
+
+def _corners(low: Array, high: Array) -> Array:
+    """The 8 corners (8, 3) of a box."""
+    return low + np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T * (high - low)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,6 +17,9 @@ from rbprm_core.scene.surface import Surface
 from rbprm_core.vocabulary import SurfaceKind
 
 Array = NDArray[np.float64]
+
+LEAST_TOGETHER = 8  # triangles; fewer in a shape prune no better
+MOST_SHAPES = 64  # so many boxes are compared faster than a tree of them is kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +71,11 @@ class Scene:
         if not self.surfaces and not len(self._obstacles):
             raise InvalidInput("environment", "empty", "has neither surfaces nor meshes")
 
+    @property
+    def obstacles(self) -> Array:
+        """Triangles (n, 3, 3) of obstacles that are no contact surfaces."""
+        return self._obstacles
+
     def edited(self, changed: Iterable[Surface] = (), removed: Iterable[str] = ()) -> Scene:
         """The scene with surfaces added (new id), modified (known id) or removed.
 
@@ -84,19 +92,26 @@ class Scene:
     @cached_property
     def triangles(self) -> Array:
         """Triangles (n, 3, 3) of everything that can be hit: obstacles and surfaces."""
-        fans = [_fan(piece) for s in self.surfaces for piece in s.polygon.pieces]
-        return np.concatenate([self._obstacles, *fans])
+        return np.concatenate(
+            [self._obstacles, _fans([p for s in self.surfaces for p in s.polygon.pieces])]
+        )
 
     @cached_property
     def shape(self) -> coal.BVHModelOBBRSS:
         """Everything that can be hit, as one coal mesh."""
         return mesh_shape(self.triangles)
 
+    @cached_property
+    def shapes(self) -> tuple[coal.BVHModelOBBRSS, ...]:
+        """Everything that can be hit, as coal meshes of triangles that are near to each other."""
+        most = max(LEAST_TOGETHER, -(-len(self.triangles) // MOST_SHAPES))
+        return tuple(mesh_shape(part) for part in _split(self.triangles, most))
+
     def surfaces_shape(self, kinds: tuple[SurfaceKind, ...]) -> coal.BVHModelOBBRSS | None:
         """The surfaces of some kinds as one coal mesh; None where there is none."""
         if kinds not in self._meshes:
-            fans = [_fan(p) for s in self.surfaces if s.kind in kinds for p in s.polygon.pieces]
-            self._meshes[kinds] = mesh_shape(np.concatenate(fans)) if fans else None
+            chosen = [p for s in self.surfaces if s.kind in kinds for p in s.polygon.pieces]
+            self._meshes[kinds] = mesh_shape(_fans(chosen)) if chosen else None
         return self._meshes[kinds]
 
     def pieces(self, kinds: tuple[SurfaceKind, ...]) -> Pieces:
@@ -140,40 +155,73 @@ def mesh_shape(triangles: Array) -> coal.BVHModelOBBRSS:
     return shape
 
 
-def _fan(piece: Array) -> Array:
-    """Triangles (m - 2, 3, 3) of a convex polygon (m, 3)."""
-    count = len(piece) - 2
-    return np.stack([np.repeat(piece[:1], count, axis=0), piece[1:-1], piece[2:]], axis=1)
+def _split(triangles: Array, most: int) -> list[Array]:
+    """Triangles (n, 3, 3) halved by place until no part has more than `most`."""
+    if len(triangles) <= most:
+        return [triangles]
+    middles = triangles.mean(axis=1)
+    axis = int(np.argmax(np.ptp(middles, axis=0)))
+    order = np.argsort(middles[:, axis], kind="stable")
+    half = len(order) // 2
+    return [
+        *_split(triangles[order[:half]], most),
+        *_split(triangles[order[half:]], most),
+    ]
+
+
+def _fans(pieces: Sequence[Array]) -> Array:
+    """Triangles (n, 3, 3) of convex polygons (m, 3), all at once: scenes have thousands of them."""
+    if not pieces:
+        return np.zeros((0, 3, 3))
+    counts, starts = _sizes(pieces)
+    each = counts - 2
+    first = np.repeat(starts, each)
+    second = first + 1 + np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each)
+    return np.asarray(np.concatenate(pieces)[np.column_stack([first, second, second + 1])])
+
+
+def _sizes(pieces: Sequence[Array]) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+    """Number of corners (p,) of each piece, and where its first is among the corners of all."""
+    counts = np.array([len(piece) for piece in pieces])
+    return counts, np.cumsum(counts) - counts
 
 
 def _stack(
     surfaces: tuple[Surface, ...], chosen: list[tuple[int, Array, NDArray[np.bool_]]]
 ) -> Pieces:
-    count = len(chosen)
-    edges = max((len(piece) for _, piece, _ in chosen), default=0)
-    normals = np.array([surfaces[i].normal for i, _, _ in chosen]).reshape(count, 3)
-    edge_normals = np.zeros((count, edges, 3))
-    edge_offsets = np.full((count, edges), -np.inf)
-    outer = np.zeros((count, edges), dtype=bool)
-    low, high = np.zeros((count, 3)), np.zeros((count, 3))
-    for k, (_, piece, is_outer) in enumerate(chosen):
-        along = np.roll(piece, -1, axis=0) - piece
-        inward = np.cross(normals[k], along)
-        inward /= np.linalg.norm(inward, axis=1)[:, None]
-        edge_normals[k, : len(piece)] = inward
-        edge_offsets[k, : len(piece)] = (inward * piece).sum(axis=1)
-        outer[k, : len(piece)] = is_outer
-        low[k], high[k] = piece.min(axis=0), piece.max(axis=0)
+    surface = np.array([i for i, _, _ in chosen], dtype=int)
+    normals = np.array([surfaces[i].normal for i in surface]).reshape(-1, 3)
+    friction = np.array([surfaces[i].friction for i in surface])
+    if not chosen:
+        edges, none = np.zeros((0, 0)), np.zeros((0, 3))
+        return Pieces(
+            surface, friction, normals, friction, np.zeros((0, 0, 3)), edges, edges > 0, none, none
+        )
+    pieces = [piece for _, piece, _ in chosen]
+    counts, starts = _sizes(pieces)
+    corners = np.concatenate(pieces)
+    owner = np.repeat(np.arange(len(pieces)), counts)
+    after = np.arange(1, len(corners) + 1)
+    after[starts + counts - 1] = starts
+    inward = np.cross(normals[owner], corners[after] - corners)
+    inward /= np.linalg.norm(inward, axis=1)[:, None]
+    place = owner, np.arange(len(corners)) - starts[owner]
+    edge_normals = np.zeros((len(pieces), counts.max(), 3))
+    edge_offsets = np.full(edge_normals.shape[:2], -np.inf)
+    outer = np.zeros(edge_normals.shape[:2], dtype=bool)
+    edge_normals[place] = inward
+    edge_offsets[place] = (inward * corners).sum(axis=1)
+    outer[place] = np.concatenate([is_outer for _, _, is_outer in chosen])
     return Pieces(
-        surface=np.array([i for i, _, _ in chosen], dtype=int),
-        friction=np.array([surfaces[i].friction for i, _, _ in chosen]),
+        surface=surface,
+        friction=friction,
         normals=normals,
-        offsets=np.array([n @ p[0] for n, (_, p, _) in zip(normals, chosen, strict=True)]),
+        offsets=np.einsum("ij,ij->i", normals, corners[starts]),
         edge_normals=edge_normals,
         edge_offsets=edge_offsets,
         outer=outer,
-        low=low,
-        high=high,
+        low=np.minimum.reduceat(corners, starts),
+        high=np.maximum.reduceat(corners, starts),
     )
 
 

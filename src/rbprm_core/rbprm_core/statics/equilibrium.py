@@ -7,20 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import daqp
 import numpy as np
 from numpy.typing import NDArray
 
-from rbprm_core.errors import RbprmError
+from rbprm_core.errors import InvalidInput
+from rbprm_core.statics.program import largest_least
 
 Array = NDArray[np.float64]
-
-EQUALITY = 5  # DAQP's mark of an equality constraint
-OPTIMAL, INFEASIBLE, UNBOUNDED = 1, -1, -3  # DAQP's exit flags
-MOST = (
-    1e6  # newtons; said to be b0 where contacts can be pressed without bound: JSON has no infinity
-)
-BALANCED = 1e-9  # of the weight; a residual of the balance below this is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +25,8 @@ class Equilibrium:
 
     Attributes:
         generators: G (6, 4 e): forces above, moments about the centre of mass below.
-        wrench: w (6,) that the contacts must exert: -m g above, 0 below, newtons.
+        wrench: w (6,) that the contacts must exert: -m g above, 0 below, newtons; not zero, for
+            without weight robustness has another meaning (`rbprm_core.statics.grip`).
     """
 
     generators: Array
@@ -48,57 +42,40 @@ class Equilibrium:
             points: (e, 3) metres. generators: (e, 4, 3) of their cones.
             com: (3,) centre of mass. mass: kilograms. gravity: (3,) m/s^2.
         """
-        arms = (points - com)[:, None]
-        moments = np.empty_like(generators)  # arms x generators; np.cross is five times slower
-        ax, ay, az = arms[..., 0], arms[..., 1], arms[..., 2]
-        gx, gy, gz = generators[..., 0], generators[..., 1], generators[..., 2]
-        moments[..., 0] = ay * gz - az * gy
-        moments[..., 1] = az * gx - ax * gz
-        moments[..., 2] = ax * gy - ay * gx
-        columns = np.concatenate([generators, moments], axis=2).reshape(-1, 6)
         wrench = np.zeros(6)
         wrench[:3] = -mass * gravity
-        return Equilibrium(columns.T, wrench)
+        return Equilibrium(contact_wrenches(points - com, generators), wrench)
+
+
+def contact_wrenches(arms: Array, generators: Array) -> Array:
+    """G (6, 4 e): unit forces above, their moments below.
+
+    Args:
+        arms: (e, 3) contact points from where moments are taken. generators: (e, 4, 3) unit rays.
+    """
+    moments = np.empty_like(generators)  # arms x generators; np.cross is five times slower
+    ax, ay, az = arms[:, None, 0], arms[:, None, 1], arms[:, None, 2]
+    gx, gy, gz = generators[..., 0], generators[..., 1], generators[..., 2]
+    moments[..., 0] = ay * gz - az * gy
+    moments[..., 1] = az * gx - ax * gz
+    moments[..., 2] = ax * gy - ay * gx
+    return np.asarray(np.concatenate([generators, moments], axis=2).reshape(-1, 6).T)
 
 
 def robustness(problem: Equilibrium) -> float:
     """Raw b0 in newtons: the optimum of (8), by its dual (9).
 
-    minimise w . nu subject to G^T nu >= 0 and 1^T G^T nu = 1, over nu in R^6; equal to the
-    optimum of (8) by duality.
-
     Returns:
         Minus infinity where no forces, not even pulling ones, balance it: (8) is infeasible.
-        MOST where the contacts can be pressed against each other without bound, as between two
+        Infinity where the contacts can be pressed against each other without bound, as between two
         walls: (8) is unbounded.
+
+    Raises:
+        InvalidInput: no weight.
     """
-    count = problem.generators.shape[1]
-    if count == 0:
+    if problem.generators.shape[1] == 0:
         return -np.inf
-    weight = float(np.abs(problem.wrench).max()) or 1.0
-    rows = np.empty((count + 1, 6))
-    rows[:count] = problem.generators.T
-    rows[count] = problem.generators.sum(axis=1)
-    upper, lower = np.full(count + 1, np.inf), np.zeros(count + 1)
-    upper[count] = lower[count] = 1.0
-    sense = np.zeros(count + 1, dtype=np.int32)
-    sense[count] = EQUALITY
-    # Eliminating the equality first matters: without it DAQP calls 3 % of three-contact problems
-    # unbounded that are not.
-    _, optimum, flag, _ = daqp.solve(
-        None, problem.wrench / weight, rows, upper, lower, sense, eq_reduction=1
-    )
-    if flag == OPTIMAL:
-        return min(float(optimum) * weight, MOST)
-    if flag == UNBOUNDED:
-        return -np.inf
-    if flag == INFEASIBLE:  # of the dual: (8) is unbounded, unless it is infeasible itself
-        return MOST if _balanced(problem, weight) else -np.inf
-    raise RbprmError(f"the statics problem was not solved: DAQP ended with flag {flag}")
-
-
-def _balanced(problem: Equilibrium, weight: float) -> bool:
-    """True where some coefficients, of either sign, balance the wrench."""
-    wrench = problem.wrench / weight
-    found, *_ = np.linalg.lstsq(problem.generators, wrench, rcond=None)
-    return bool(np.abs(problem.generators @ found - wrench).max() < BALANCED)
+    weight = float(np.abs(problem.wrench).max())
+    if weight == 0.0:
+        raise InvalidInput("gravity", 0.0, "without weight, robustness is that of the grip")
+    return weight * largest_least(problem.generators, problem.wrench / weight)

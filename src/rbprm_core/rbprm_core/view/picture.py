@@ -113,8 +113,9 @@ def _window(scene: PlanScene) -> tuple[Array, Array]:
     bodies = scene.placements(scene.configurations)[:, :, :3, 3].reshape(-1, 3)
     marks = np.array([mark.position for mark in scene.footprints]).reshape(-1, 3)
     points = np.vstack((bodies, marks, scene.guide))
-    low: Array = points.min(axis=0) - np.array([MARGIN, MARGIN, 0.15])
-    high: Array = points.max(axis=0) + np.array([MARGIN, MARGIN, 0.4])
+    size = min(1.0, float(np.ptp(points, axis=0).max()))  # less for what is small, as a hand is
+    low: Array = points.min(axis=0) - size * np.array([MARGIN, MARGIN, 0.15])
+    high: Array = points.max(axis=0) + size * np.array([MARGIN, MARGIN, 0.4])
     return low, high
 
 
@@ -298,7 +299,7 @@ def _draw_robustness(axes: Axes, plan: ContactPlan) -> None:
     axes.set_xlabel("state")
     axes.set_ylabel("b0 [N]")
     axes.spines[["top", "right"]].set_visible(False)
-    axes.set_title(f"Robustness of each state (least: {b0.min():.1f} N)", loc="left")
+    axes.set_title(f"Robustness of each state (least: {b0.min():.3g} N)", loc="left")
 
 
 def _caption(figure: Figure, plan: ContactPlan, colors: dict[str, str]) -> None:

@@ -10,6 +10,7 @@ from nav_msgs.msg import Path
 from rbprm_msgs.msg import Contact, ContactSequence, ContactState, PlanStatistics
 from std_msgs.msg import Header
 
+from rbprm_core.check import transitions
 from rbprm_core.plan import (
     ContactEntry,
     ContactPlan,
@@ -19,7 +20,6 @@ from rbprm_core.plan import (
     RobotEntry,
     StateEntry,
     Statistics,
-    transitions,
 )
 from rbprm_ros.conversions.geometry import (
     pose_message,

@@ -41,7 +41,7 @@ def job_of_message(message: Plan.Request, settings: Settings, environment: Envir
     start = _placement(message.start, settings, "start")
     goal = _placement(message.goal, settings, "goal")
     robot = one_of("robot", message.robot or settings.robot, (*known_robots(), settings.robot))
-    limbs = tuple(limb.name for limb in load_description(robot).limbs)
+    limbs = tuple(limb.name for limb in load_description(robot).using().limbs)
     time_limit = finite_number("time_limit", message.time_limit, low=0.0)
     threshold = finite_number("robustness_threshold", message.robustness_threshold, low=0.0)
     bounds = None if message.bounds == UNSET_BOUNDS else _bounds(message.bounds)

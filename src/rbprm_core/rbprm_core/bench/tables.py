@@ -1,0 +1,287 @@
+"""A campaign as Markdown: our figures, the paper's beside them, and why runs failed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from rbprm_core.bench.aggregate import Aggregate, Spread
+from rbprm_core.bench.paper import PaperEntry, Range, paper_figures
+
+if TYPE_CHECKING:
+    from rbprm_core.bench.campaign import Campaign
+
+NONE = "–"
+Row = Sequence[str]
+
+
+def markdown(campaign: Campaign) -> str:
+    """The whole report of a campaign."""
+    found = campaign.aggregates
+    parts = [
+        "# Campaign",
+        _origin(campaign),
+        "## Overview",
+        "Times are of the successes, in seconds: preparing + guide + shortcuts + sequence. A "
+        "success is a plan that was found within the limit, ends on the goal and holds every bound "
+        "of the check.",
+        overview_table(found),
+        "## Phases",
+        "Median seconds of the successes. Candidates to collision are operations inside the "
+        "sequence; processor is the processor time of planning as a whole.",
+        phases_table(found),
+        "## Times, as in the paper's table 2",
+        "Milliseconds, least – mean – worst, of the successes; per transition is the mean. The "
+        "guide includes its shortcuts. Candidates are not in the paper.",
+        times_table(found),
+        "## Success, as in the paper's table 3",
+        "Contacts are those asked of single limbs. Roots are the root configurations tried along "
+        "the guides, each once, that gave a state in equilibrium. Failed runs count.",
+        success_table(found),
+        *_notes(found),
+        "## What the check measures beside its bounds",
+        "Stable: share of the transitions of the successes in which the robot stands without the "
+        "moving contact at both ends, at one, at neither.",
+        check_table(found),
+        "## Failures",
+        failures_table(found),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def overview_table(found: Iterable[Aggregate]) -> str:
+    """One row a case."""
+    head = (
+        "scenario", "robot", "b0 ≥ [N]", "limit [s]", "success", "median [s]", "95 % [s]",
+        "worst [s]", "processor, median [s]", "transitions", "ms per transition",
+        "ms per state", "violations", "distinct plans", "peak [MB]", "paper: success, average",
+    )  # fmt: skip
+    return table(head, [_overview(case) for case in found])
+
+
+def _overview(case: Aggregate) -> Row:
+    total, paper = case.total, paper_figures().get(case.scenario)
+    return (
+        f"`{case.scenario}`",
+        case.robot,
+        f"{case.robustness:g}",
+        f"{case.time_limit:g}",
+        f"{case.successes} of {case.runs}",
+        f"{total.median:.2f}" if total else NONE,
+        f"{total.p95:.2f}" if total else NONE,
+        f"{total.most:.2f}" if total else NONE,
+        f"{case.cpu.median:.2f}" if case.cpu else NONE,
+        f"{case.transitions.median:.0f}" if case.transitions else NONE,
+        f"{1e3 * case.per_transition.median:.1f}" if case.per_transition else NONE,
+        f"{1e3 * case.per_state.median:.1f}" if case.per_state else NONE,
+        str(case.violations),
+        str(case.distinct_plans),
+        f"{case.peak_memory / 1e6:.0f}",
+        _paper_in_short(paper),
+    )
+
+
+def _paper_in_short(paper: PaperEntry | None) -> str:
+    if paper is None:
+        return NONE
+    if paper.success is None or paper.total is None:
+        return paper.note or NONE
+    return f"{paper.success:g} %, {paper.total[1] / 1e3:.2f} s"
+
+
+def phases_table(found: Sequence[Aggregate]) -> str:
+    """Median seconds of every phase that the planner times."""
+    phases = tuple(dict.fromkeys(phase for case in found for phase in case.seconds))
+    heads = (phase.removeprefix("sequence.") for phase in phases)
+    rows = [
+        (
+            f"`{case.scenario}`",
+            case.robot,
+            *(_median(case.seconds.get(phase)) for phase in phases),
+            _median(case.cpu),
+        )
+        for case in found
+    ]
+    return table(("scenario", "robot", *heads, "processor"), rows)
+
+
+def times_table(found: Iterable[Aggregate]) -> str:
+    """Table 2: the paper's row under ours."""
+    head = (
+        "scenario (transitions)", "who", "guide", "static equilibrium", "collision",
+        "inverse kinematics", "candidates", "total", "per transition",
+    )  # fmt: skip
+    rows: list[Row] = []
+    for case in found:
+        rows.append(_our_times(case))
+        paper = paper_figures().get(case.scenario)
+        if paper is not None and paper.total is not None:
+            rows.append(_paper_times(paper))
+    return table(head, rows)
+
+
+def _our_times(case: Aggregate) -> Row:
+    seconds = case.seconds
+    number = f" ({case.transitions.median:.0f})" if case.transitions else ""
+    return (
+        f"`{case.scenario}`{number}",
+        f"{case.robot}, b0 {case.robustness:g} N",
+        _milliseconds(case.guide),
+        _milliseconds(seconds.get("sequence.statics")),
+        _milliseconds(seconds.get("sequence.collision")),
+        _milliseconds(seconds.get("sequence.projection")),
+        _milliseconds(seconds.get("sequence.candidates")),
+        _milliseconds(case.total),
+        f"{1e3 * case.per_transition.mean:.1f}" if case.per_transition else NONE,
+    )
+
+
+def _paper_times(paper: PaperEntry) -> Row:
+    return (
+        f"{paper.title} ({paper.transitions})" if paper.transitions else paper.title,
+        f"paper, {paper.robot}",
+        _range(paper.guide),
+        _range(paper.equilibrium),
+        _range(paper.collision),
+        _range(paper.projection),
+        NONE,
+        _range(paper.total),
+        NONE if paper.per_transition is None else f"{paper.per_transition:g}",
+    )
+
+
+def success_table(found: Iterable[Aggregate]) -> str:
+    """Table 3: the paper's row under ours."""
+    head = (
+        "scenario", "who", "success", "contacts found", "kinematic failure",
+        "equilibrium failure", "roots in equilibrium",
+    )  # fmt: skip
+    rows: list[Row] = []
+    for case in found:
+        rows.append(_our_success(case))
+        paper = paper_figures().get(case.scenario)
+        if paper is not None and paper.success is not None:
+            rows.append(_paper_success(paper))
+    return table(head, rows)
+
+
+def _our_success(case: Aggregate) -> Row:
+    return (
+        f"`{case.scenario}`",
+        f"{case.robot}, b0 {case.robustness:g} N",
+        _percent(100 * case.success),
+        _share(case.contacts_found),
+        _share(case.kinematic_failures),
+        _share(case.equilibrium_failures),
+        _share(case.roots_in_equilibrium),
+    )
+
+
+def _paper_success(paper: PaperEntry) -> Row:
+    return (
+        paper.title,
+        f"paper, {paper.robot}",
+        _percent(paper.success),
+        _percent(paper.contacts_found),
+        _percent(paper.kinematic_failures),
+        _percent(paper.equilibrium_failures),
+        NONE,
+    )
+
+
+def check_table(found: Iterable[Aggregate]) -> str:
+    """Violations by the check, and the figures that break no bound."""
+    head = (
+        "scenario", "robot", "invalid plans", "violations", "overhanging patches",
+        "goal contacts missed", "stable at both ends", "at one", "at neither",
+    )  # fmt: skip
+    rows = [
+        (
+            f"`{case.scenario}`",
+            case.robot,
+            f"{case.invalid_plans} of {case.runs}",
+            str(case.violations),
+            str(case.overhanging),
+            f"{case.goal_missed} of {case.runs}",
+            *([_share(share) for share in case.support] if case.support else [NONE] * 3),
+        )
+        for case in found
+    ]
+    return table(head, rows)
+
+
+def failures_table(found: Sequence[Aggregate]) -> str:
+    """Why runs failed, alike ones together."""
+    head = ("scenario", "robot", "runs", "code", "limb", "reason", "a seed")
+    rows = [
+        (
+            f"`{case.scenario}`",
+            case.robot,
+            f"{cause.runs} of {case.runs}",
+            cause.failure.code,
+            cause.failure.limb or NONE,
+            cause.failure.reason,
+            str(cause.seed),
+        )
+        for case in found
+        for cause in case.causes
+    ]
+    return table(head, rows) if rows else "None."
+
+
+def table(head: Row, rows: Iterable[Row]) -> str:
+    """A Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(_cell(text) for text in line)} |" for line in lines)
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("\n", " ")
+
+
+def _origin(campaign: Campaign) -> str:
+    machine = campaign.machine
+    versions = ", ".join(f"{name} {number}" for name, number in machine.versions.items())
+    done = f"{len(campaign.records)} of {campaign.asked} runs"
+    stopped = f" (stopped: {campaign.stopped})" if campaign.stopped else ""
+    return (
+        f"{done}{stopped}, begun {machine.date}, {campaign.jobs} at once ({campaign.backend}), "
+        "each in one thread, robot data loaded before the clock starts. "
+        f"{machine.processor}, {machine.cores} cores, {machine.memory / 1e9:.0f} GB, "
+        f"{machine.system}; Python {machine.python}, {versions}."
+    )
+
+
+def _notes(found: Iterable[Aggregate]) -> list[str]:
+    notes = {}
+    for case in found:
+        paper = paper_figures().get(case.scenario)
+        if paper is not None and paper.note:
+            notes[paper.title] = f"- The paper's {paper.title} ({paper.source}): {paper.note}"
+    return ["\n".join(notes.values())] if notes else []
+
+
+def _median(spread: Spread | None) -> str:
+    return NONE if spread is None else f"{spread.median:.3f}"
+
+
+def _milliseconds(spread: Spread | None) -> str:
+    if spread is None:
+        return NONE
+    return _three(1e3 * spread.least, 1e3 * spread.mean, 1e3 * spread.most)
+
+
+def _range(values: Range | None) -> str:
+    return NONE if values is None else _three(*values)
+
+
+def _three(least: float, mean: float, most: float) -> str:
+    return f"{least:.0f} – {mean:.0f} – {most:.0f}"
+
+
+def _share(value: float | None) -> str:
+    return _percent(None if value is None else 100 * value)
+
+
+def _percent(value: float | None) -> str:
+    return NONE if value is None else f"{value:.1f} %"

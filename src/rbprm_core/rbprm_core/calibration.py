@@ -1,0 +1,179 @@
+"""How well the reachability condition tells where a robot can stand, by the trunk's scale s.
+
+Section 6.2.1 and table 1 of the paper: of random root configurations, those that satisfy the
+condition though no contact configuration exists there are false positives, those that do not
+satisfy it though one exists are false negatives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbprm_core.contacts import ContactGenerator
+from rbprm_core.contacts.look_ahead import LookAhead
+from rbprm_core.contacts.state import Contact
+from rbprm_core.errors import InvalidInput
+from rbprm_core.guide import Reachability, RootSampler, RootSpace
+from rbprm_core.guide.sampler import effector_places
+from rbprm_core.request import PlanRequest, limb_names
+from rbprm_core.robot.data import RobotData
+from rbprm_core.robot.volumes import trunk_volume
+from rbprm_core.scene import Scene
+
+Array = NDArray[np.float64]
+
+DRAWS = 2_000  # of one root, before its bounds are said to exclude all
+SCALES = (1.0, 1.1, 1.15, 1.2, 1.25, 1.5)  # the rows of table 1
+
+
+@dataclass(frozen=True)
+class ScaleCounts:
+    """How many root configurations the condition tells right and wrong at one scale.
+
+    Attributes:
+        scale: s of the trunk.
+        true_positives: the condition holds, and the robot can stand there.
+        false_positives: the condition holds, but it cannot.
+        false_negatives: it can, but the condition does not hold.
+        true_negatives: neither.
+    """
+
+    scale: float
+    true_positives: int
+    false_positives: int
+    false_negatives: int
+    true_negatives: int
+
+    @property
+    def samples(self) -> int:
+        """All root configurations."""
+        negatives = self.false_negatives + self.true_negatives
+        return self.true_positives + self.false_positives + negatives
+
+    @property
+    def false_positive_rate(self) -> float:
+        """Share of all root configurations that are false positives, as in table 1."""
+        return self.false_positives / self.samples
+
+    @property
+    def false_negative_rate(self) -> float:
+        """Share of all root configurations that are false negatives, as in table 1."""
+        return self.false_negatives / self.samples
+
+
+def calibrate(
+    request: PlanRequest,
+    data: RobotData,
+    scene: Scene,
+    samples: int,
+    seed: int,
+    *,
+    scales: Sequence[float] = SCALES,
+    tries: int = 3,
+    report: Callable[[int], None] = lambda done: None,
+) -> list[ScaleCounts]:
+    """Count where the condition is right and wrong, scale by scale, over the same roots.
+
+    The roots are drawn as the guide planners draw them before they test them: over the surfaces,
+    within the request's bounds.
+
+    Args:
+        samples: root configurations drawn. tries: orders of the limbs in which contacts are
+            tried before a root counts as one where the robot cannot stand.
+        report: told how many are done; may raise to stop.
+
+    Raises:
+        InvalidInput: bounds that no root over the surfaces keeps.
+    """
+    rng = np.random.default_rng(seed)
+    robot = data.robot
+    required = limb_names(robot, request.required, "required")
+    joints = robot.root_index[7:]
+    space = RootSpace(request.bounds, robot.low[joints], robot.high[joints])
+    conditions = [Reachability(_scaled(data, scale), scene, required) for scale in scales]
+    reach = None if request.gravity.any() else effector_places(data)
+    sampler = RootSampler(space, scene, conditions[0], data.height, robot.reference[joints], reach)
+    truth = _Truth(request, data, scene, required, rng, tries)
+    counts = np.zeros((len(scales), 2, 2), dtype=int)
+    for done in range(1, samples + 1):
+        root = _inside(space, sampler, rng)
+        stands = truth.stands(root)
+        for k, condition in enumerate(conditions):
+            counts[k, int(condition.holds(root)), int(stands)] += 1
+        report(done)
+    return [
+        ScaleCounts(float(s), int(c[1, 1]), int(c[1, 0]), int(c[0, 1]), int(c[0, 0]))
+        for s, c in zip(scales, counts, strict=True)
+    ]
+
+
+def _scaled(data: RobotData, scale: float) -> RobotData:
+    return replace(data, trunk=tuple(trunk_volume(data.robot, scale)))
+
+
+def _inside(space: RootSpace, sampler: RootSampler, rng: np.random.Generator) -> Array:
+    for _ in range(DRAWS):
+        root = sampler.candidate(rng)
+        if space.contains(root):
+            return root
+    bounds = [space.bounds.low.tolist(), space.bounds.high.tolist()]
+    raise InvalidInput("request.bounds", bounds, "leave no room over the surfaces")
+
+
+class _Truth:
+    """Whether the robot can stand at a root: a whole-body configuration, free of collision, with
+    all required limbs in contact and in static equilibrium.
+
+    A search that finds none is no proof that there is none: what it misses counts against the
+    condition as a false positive.
+    """
+
+    def __init__(
+        self,
+        request: PlanRequest,
+        data: RobotData,
+        scene: Scene,
+        required: tuple[str, ...],
+        rng: np.random.Generator,
+        tries: int,
+    ) -> None:
+        options = request.options.generator
+        self._generator = ContactGenerator(
+            data, scene, request.gravity, 0.0, options, rng, request.grip_force
+        )
+        self._rng, self._tries = rng, tries
+        self._limbs = [k for k, limb in enumerate(data.robot.limbs) if limb.name in required]
+        self._others = [k for k in range(len(data.robot.limbs)) if k not in self._limbs]
+
+    def stands(self, root: Array) -> bool:
+        """True where contacts were found at a root configuration (7 + j,)."""
+        generator, robot = self._generator, self._generator.robot
+        q = robot.reference.copy()
+        q[robot.root_index] = root
+        if not generator.collision.root_free(q):
+            return False
+        limbs = np.array(self._limbs, dtype=int)
+        orders = [limbs, *(self._rng.permutation(limbs) for _ in range(self._tries - 1))]
+        return any(self._contacts(q, root, order.tolist()) for order in orders)
+
+    def _contacts(self, q: Array, root: Array, order: list[int]) -> bool:
+        """True where the limbs find contacts in an order, and the others a posture."""
+        generator, still = self._generator, LookAhead.still(root)
+        contacts: list[Contact] = []
+        for limb in order:
+            least = generator.threshold if limb == order[-1] else -np.inf
+            found = generator.generate(q, limb, contacts, still, threshold=least)
+            if isinstance(found, str):
+                return False
+            q = found[0]
+            contacts.append(found[1])
+        for limb in self._others:
+            rested = generator.rest(q, limb, self._rng)
+            if rested is None:
+                return False
+            q = rested
+        return bool(contacts)

@@ -1,0 +1,42 @@
+"""The paper's figures are whole and agree with themselves."""
+
+from __future__ import annotations
+
+import pytest
+
+from rbprm_core.bench.paper import PaperEntry, paper_figures
+
+PARTS = ("guide", "equilibrium", "collision", "projection", "total")
+
+
+def tabled() -> dict[str, PaperEntry]:
+    return {name: entry for name, entry in paper_figures().items() if entry.success is not None}
+
+
+def test_every_scenario_of_its_tables_is_there() -> None:
+    assert set(tabled()) == {"stairs", "standing", "car", "rubble", "rubble_full", "race"}
+    assert {"step20", "step30", "step40", "pen", "stepladder"} <= set(paper_figures())
+
+
+@pytest.mark.parametrize("name", sorted(tabled()))
+def test_shares_of_contacts_make_a_whole(name: str) -> None:
+    entry = tabled()[name]
+    shares = (entry.contacts_found, entry.kinematic_failures, entry.equilibrium_failures)
+    assert sum(share or 0.0 for share in shares) == pytest.approx(100.0, abs=0.15)
+
+
+@pytest.mark.parametrize("name", sorted(tabled()))
+@pytest.mark.parametrize("part", PARTS)
+def test_least_average_and_worst_are_in_order(name: str, part: str) -> None:
+    least, average, worst = getattr(tabled()[name], part)
+    misprinted = part == "total" and name.startswith("rubble")  # noted in its entry
+    assert least <= average
+    assert (average <= worst) != misprinted
+
+
+@pytest.mark.parametrize("name", sorted(tabled()))
+def test_a_step_takes_its_share_of_the_total(name: str) -> None:
+    entry = tabled()[name]
+    assert entry.total is not None
+    assert entry.transitions is not None
+    assert entry.per_transition == pytest.approx(entry.total[1] / entry.transitions, abs=0.51)
