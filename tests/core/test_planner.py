@@ -40,6 +40,7 @@ Outcomes = dict[int, tuple[PlanRequest, Outcome]]
 SQUARE = ((-5.0, -5.0, 0.0), (5.0, -5.0, 0.0), (5.0, 5.0, 0.0), (-5.0, 5.0, 0.0))
 GROUND = EnvironmentEntry(name="ground", surfaces=(SurfaceEntry(id="ground", vertices=SQUARE),))
 LEGS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
+ENDLESS = GuideOptions(rrt=RrtOptions(iterations=10**9))
 FEW = PlannerOptions(guide=GuideOptions(rrt=RrtOptions(iterations=40)), guides=2)
 
 PROGRAM = """
@@ -330,7 +331,7 @@ def test_one_time_limit_holds_for_all_guides(hyq_data: RobotData) -> None:
     low, high = np.array([-1.0, -0.1, 0.3]), np.array([5.0, 0.1, 1])
     request = walk_to(
         4.5,
-        options=replace(FEW, guides=10**6),
+        options=replace(FEW, guide=ENDLESS, guides=10**6),
         required=(LEGS[0], LEGS[2]),
         bounds=RootBounds(low, high, np.ones(3)),
     )

@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_info
 
 from rbprm_core.bench import Campaign, Case, RunRecord, campaign, run, run_campaign
 from rbprm_core.bench.record import INVALID_PLAN, Task
+from rbprm_core.budget import LEAST_TIME_LIMIT
 from rbprm_core.check import Kind
 from rbprm_core.errors import InvalidInput, TimeLimitReached
 from rbprm_core.plan import Statistics
@@ -125,7 +126,7 @@ def test_a_lost_worker_keeps_what_is_done(
 def test_thresholds_and_limits_of_a_case_are_asked(stroll: str, quick_hyq: str) -> None:
     cases = [
         Case(stroll, quick_hyq, robustness=0.0, time_limit=20.0),
-        Case(stroll, quick_hyq, time_limit=0.05),
+        Case(stroll, quick_hyq, time_limit=LEAST_TIME_LIMIT),
     ]
     first, second = run_campaign(cases, [4]).records
     assert (first.robustness, first.time_limit, first.seed) == (0.0, 20.0, 4)
@@ -222,4 +223,19 @@ def test_files_are_sent_by_their_absolute_path(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(campaign, "run_task", keep)
     run_campaign([Case("flat", "hyq.toml")], [0])
-    assert sent == [Task("flat", str(tmp_path / "hyq.toml"), 0, 10.0, 30.0)]
+    (task,) = sent
+    assert (task.scenario, task.robot) == ("flat", str(tmp_path / "hyq.toml"))
+
+
+def test_an_edited_scenario_is_run_anew_and_kept_apart(
+    alone: Campaign, stroll: str, quick_hyq: str, tmp_path: Path
+) -> None:
+    """Of the same name, but not the same case: neither its runs nor its figures are mixed."""
+    edited = tmp_path / "flat.toml"
+    text = Path(stroll).read_text()
+    edited.write_text(text.replace("[-1.4, 0.0, 0.6]", "[-1.5, 0.0, 0.6]"))
+    assert edited.read_text() != text
+    found = run_campaign([Case(str(edited), quick_hyq)], [0], before=alone)
+    assert digests(found)[:2] == digests(alone)
+    assert [record.seed for record in found.records] == [*SEEDS, 0]
+    assert len(found.aggregates) == 2

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -173,6 +173,7 @@ def test_b0_is_at_most_an_even_share(seed: int, count: int) -> None:
 
 
 @settings(max_examples=20)
+@example(11966, 3)
 @given(seeds, st.integers(3, 5))
 def test_force_closure_resists_every_wrench(seed: int, count: int) -> None:
     """By definition: b0 is positive exactly where any load is balanced by forces in the cones."""
@@ -185,9 +186,9 @@ def test_force_closure_resists_every_wrench(seed: int, count: int) -> None:
         # A load at a random point: a random wrench but for its pitch.
         b0 = robustness(arms, edges, 3 * rng.normal(size=3), load)
         held.append(b0 >= -1e-6)
-    if grasp.b0() > 0:
+    if grasp.b0() > 1e-9:  # 1e-16 is rounding: seed 11966 of 3 points
         assert all(held)
-    elif grasp.b0() < 0:
+    elif grasp.b0() < -1e-9:
         assert not all(held)
 
 
