@@ -57,3 +57,16 @@ def test_progress_is_told_before_the_work_stops() -> None:
         ("sequence", 0.5, 7),
     ]
     assert 0 <= told[0].elapsed <= told[1].elapsed
+
+
+def test_a_poll_stops_in_the_stage_told_last_and_tells_nothing() -> None:
+    told: list[Progress] = []
+    stop = False
+    budget = Budget(cancelled=lambda: stop, report=told.append)
+    budget.check("guide", 0.5)
+    budget.poll()
+    stop = True
+    with pytest.raises(Cancelled) as caught:
+        budget.poll()
+    assert caught.value.stage == "guide"
+    assert len(told) == 1

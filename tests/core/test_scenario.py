@@ -429,3 +429,47 @@ def test_the_documented_example_is_a_scenario() -> None:
     robot = found.load_robot()
     assert found.request_for(robot).goal_limbs
     assert {limb.name for limb in robot.limbs} == set(found.limbs or ())
+
+
+def edits(**text: Any) -> dict[str, Any]:
+    return {**content(), "edits": [{"name": "edit", "at": 0.5, **text}]}
+
+
+def test_edits_add_change_and_remove_surfaces() -> None:
+    high = [[x, y, 0.2] for x, y, _ in SQUARE]
+    scenario = parse(edits(surfaces=[{"id": "new", "vertices": high}], removed=["g"]))
+    scene = scenario.scene()
+    edited = scenario.edited(scene, 0)
+    assert set(scene.index) == {"g"}
+    assert set(edited.index) == {"new"}
+    changed = parse(edits(surfaces=[{"id": "g", "vertices": high}])).edited(scene, 0)
+    assert changed.surfaces[0].polygon.boundary[:, 2] == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(
+    ("text", "field"),
+    [
+        ({"at": 1.0}, "scenario.edits.0.at"),
+        ({"at": NAN}, "scenario.edits.0.at"),
+        ({"remove": ["g"]}, "scenario.edits.0.remove"),
+        ({"surfaces": [{"id": "new"}]}, "scenario.edits.0.surfaces.0.vertices"),
+    ],
+)
+def test_bad_edits_are_named(text: dict[str, Any], field: str) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        parse(edits(**text))
+    assert caught.value.field == field
+
+
+@pytest.mark.parametrize(
+    ("text", "field"),
+    [
+        ({"removed": ["moon"]}, "removed"),
+        ({"surfaces": [{"id": "new", "vertices": SQUARE[:2]}]}, "edits.0.surfaces.0.vertices"),
+    ],
+)
+def test_edits_that_cannot_be_done_are_named(text: dict[str, Any], field: str) -> None:
+    scenario = parse(edits(**text))
+    with pytest.raises(InvalidInput) as caught:
+        scenario.edited(scenario.scene(), 0)
+    assert caught.value.field == field

@@ -54,6 +54,7 @@ class Budget:
         self.time_limit = time_limit
         self._cancelled = cancelled
         self._report = report
+        self._stage = "start"
         self._start = time.monotonic()
 
     @property
@@ -68,10 +69,21 @@ class Budget:
             Cancelled: the caller asked for it.
             TimeLimitReached: the limit has passed.
         """
-        elapsed = self.elapsed
+        self._stage = stage
         if self._report is not None:
-            self._report(Progress(stage, fraction, states, elapsed))
+            self._report(Progress(stage, fraction, states, self.elapsed))
+        self.poll()
+
+    def poll(self) -> None:
+        """Stop the work where it must stop: a check that has no progress to tell.
+
+        For work within a step: it has to be asked every few hundredths of a second, so that a
+        cancel or the time limit is kept to a tenth.
+
+        Raises:
+            Cancelled, TimeLimitReached: as `check`, in the stage that was told last.
+        """
         if self._cancelled is not None and self._cancelled():
-            raise Cancelled(stage)
-        if elapsed > self.time_limit:
-            raise TimeLimitReached(self.time_limit, stage)
+            raise Cancelled(self._stage)
+        if self.elapsed > self.time_limit:
+            raise TimeLimitReached(self.time_limit, self._stage)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import EnvironmentEntry, MeshEntry
+from rbprm_core.plan import EnvironmentEntry, MeshEntry, SurfaceEntry, Vector3
 from rbprm_core.scene import (
     Classification,
     MeshSource,
@@ -34,12 +36,51 @@ def load_scene(entry: EnvironmentEntry, classification: Classification) -> Scene
         known = {surface.id for surface in surfaces}
         found = surfaces_of_mesh(triangles, source.friction, classification)
         surfaces += [surface for surface in found if surface.id not in known]
-    for i, text in enumerate(entry.surfaces):
-        field = f"environment.surfaces.{i}"
-        surfaces.append(
-            make_surface(text.id, text.vertices, text.friction, text.holes, classification, field)
-        )
+    surfaces += polygon_surfaces(entry.surfaces, classification, "environment")
     return Scene(surfaces)
+
+
+def polygon_surfaces(
+    texts: Sequence[SurfaceEntry], classification: Classification, field: str
+) -> list[Surface]:
+    """Surfaces of polygons that are given directly.
+
+    Args:
+        field: that has them as its `surfaces`, in errors.
+
+    Raises:
+        InvalidInput: a polygon that cannot be used.
+    """
+    surfaces = []
+    for i, text in enumerate(texts):
+        place = f"{field}.surfaces.{i}"
+        surfaces.append(
+            make_surface(text.id, text.vertices, text.friction, text.holes, classification, place)
+        )
+    return surfaces
+
+
+def polygon_entry(scene: Scene, name: str) -> EnvironmentEntry:
+    """A scene in the words of the plan file, all as polygons: for one that no file has any more."""
+    surfaces = [
+        SurfaceEntry(
+            id=surface.id,
+            vertices=_points(surface.polygon.boundary),
+            holes=tuple(_points(hole) for hole in surface.polygon.holes),
+            friction=surface.friction,
+        )
+        for surface in scene.surfaces
+    ]
+    # Nothing stands on an obstacle, so that its friction means nothing.
+    surfaces += [
+        SurfaceEntry(id=f"obstacle_{i}", vertices=_points(triangle), friction=0.0)
+        for i, triangle in enumerate(scene.obstacles)
+    ]
+    return EnvironmentEntry(name=name, surfaces=tuple(surfaces))
+
+
+def _points(ring: Array) -> tuple[Vector3, ...]:
+    return tuple((x, y, z) for x, y, z in ring.tolist())
 
 
 def _source(mesh: MeshEntry, field: str) -> MeshSource:

@@ -25,10 +25,12 @@ class RbprmError(Exception):
 
     Attributes:
         statistics: of the planning that it ended (see `rbprm_core.plan`), None where it ended none.
+        states: those of the contact sequence that were found until then, a partial result.
     """
 
     code = ErrorCode.INTERNAL
     statistics: Any = None
+    states: tuple[Any, ...] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """For the way from one process to another: pickle would call `__init__` with the text."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 
@@ -12,7 +13,10 @@ from numpy.typing import NDArray
 from rbprm_core.budget import Budget
 from rbprm_core.contacts import ContactGenerator, State, plan_sequence, start_state
 from rbprm_core.contacts.heuristics import plugin_versions
+from rbprm_core.contacts.resume import resumed_state
+from rbprm_core.contacts.tally import Tally
 from rbprm_core.errors import (
+    Cancelled,
     GoalUnreachable,
     InvalidInput,
     NoGuideFound,
@@ -40,6 +44,7 @@ from rbprm_core.guide.sampler import effector_places
 from rbprm_core.placement import Placement
 from rbprm_core.plan import Statistics
 from rbprm_core.request import PlanRequest, limb_names
+from rbprm_core.robot import Robot
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
 from rbprm_core.validation import finite_array, finite_number
@@ -70,6 +75,9 @@ def plan(
     scene: Scene,
     budget: Budget,
     roadmaps: RoadmapStore | None = None,
+    *,
+    first: State | None = None,
+    on_states: Callable[[Sequence[State]], None] | None = None,
 ) -> Outcome:
     """Plan a contact sequence from start to goal.
 
@@ -78,16 +86,22 @@ def plan(
 
     Args:
         roadmaps: kept by the caller between requests, for the guide planners that use one.
+        first: state to go on from, of an earlier plan or measured. The guide starts at its root,
+            and the request's start and start_limbs are not looked at. The first state found is
+            this one, with ids and friction of the scene's surfaces.
+        on_states: told the states so far whenever there are more; starts over with every guide.
 
     Raises:
         InvalidInput: start or goal outside the request's own bounds.
-        StartUnreachable, GoalUnreachable: no contact configuration there, and why.
+        StartUnreachable, GoalUnreachable: no contact configuration there, and why; of `first`, that
+            a contact has lost its surface, or that it collides or does not stand.
         NoGuideFound, NoSequenceFound: of the attempt that came farthest.
         TimeLimitReached, Cancelled: from the budget.
 
-        Each carries the statistics up to where it ended.
+        Each carries the statistics up to where it ended, and the states of the attempt that came
+        farthest.
     """
-    planning = _Planning(request, data, scene, budget, roadmaps)
+    planning = _Planning(request, data, scene, budget, roadmaps, first, on_states)
     try:
         return planning.run()
     except RbprmError as error:
@@ -105,19 +119,24 @@ class _Planning:
         scene: Scene,
         budget: Budget,
         roadmaps: RoadmapStore | None,
+        resumed: State | None,
+        on_states: Callable[[Sequence[State]], None] | None,
     ) -> None:
         self._request, self._budget = request, budget
+        self._resumed = resumed
+        self._on_states = on_states if on_states is not None else lambda states: None
         if request.seed < 0:
             raise InvalidInput("seed", request.seed, "must not be negative")
         self._rng = np.random.default_rng(request.seed)
         self._seconds = dict.fromkeys(("prepare", "guide", "shortcut", "sequence"), 0.0)
         self._nodes = self._guides = 0
-        with _Clock(self._seconds, "prepare"):
-            self._prepare(data, scene, roadmaps)
+        self._tally, self._plugins = Tally(), dict[str, str]()
+        self._data, self._scene, self._roadmaps = data, scene, roadmaps
 
-    def _prepare(self, data: RobotData, scene: Scene, roadmaps: RoadmapStore | None) -> None:
+    def _prepare(self) -> None:
         """Resolve the request against robot and scene, and build what answers their queries."""
-        request, robot = self._request, data.robot
+        request, data, scene = self._request, self._data, self._scene
+        robot = data.robot
         required = limb_names(robot, request.required, "required")
         start_limbs = limb_names(robot, request.start_limbs, "start_limbs")
         goal_limbs = limb_names(robot, request.goal_limbs or (), "goal_limbs")
@@ -126,13 +145,21 @@ class _Planning:
         grip_force = finite_number("grip_force", request.grip_force, low=LEAST_GRIP)
         joints = robot.root_index[7:]
         self._space = RootSpace(request.bounds, robot.low[joints], robot.high[joints])
-        self._start = _root(robot.reference[joints], request.start)
+        if self._resumed is None:
+            self._start = _root(robot.reference[joints], request.start)
+        else:
+            self._start = _root_of(self._resumed, robot)
         self._goal = _root(robot.reference[joints], request.goal)
-        self._prepare_guide(data, scene, required, gravity, roadmaps)
+        self._budget.check("start")
+        self._prepare_guide(data, scene, required, gravity)
+        self._budget.poll()
         self._settler = Settler(data, scene, required)
+        self._budget.poll()
         self._generator = ContactGenerator(
-            data, scene, gravity, threshold, request.options.generator, self._rng, grip_force
-        )
+            data, scene, gravity, threshold, request.options.generator, self._rng, grip_force,
+            self._budget,
+        )  # fmt: skip
+        self._tally = self._generator.tally
         used = [name for limb in robot.limbs for name in limb.heuristics]
         self._plugins = plugin_versions(used)
         names = [limb.name for limb in robot.limbs]
@@ -145,14 +172,13 @@ class _Planning:
         scene: Scene,
         required: tuple[str, ...],
         gravity: Array,
-        roadmaps: RoadmapStore | None,
     ) -> None:
         """Build the condition and the guide planner that the request names."""
         options, space = self._request.options.guide, self._space
         equilibrium = (
             EquilibriumTest(data, scene, required, gravity) if options.equilibrium else None
         )
-        condition = Reachability(data, scene, required, equilibrium)
+        condition = Reachability(data, scene, required, equilibrium, self._budget)
         self._reachability, self._edges = condition, EdgeTest(space, condition, options.resolution)
         joints = data.robot.reference[data.robot.root_index[7:]]
         reach = None if gravity.any() else effector_places(data)
@@ -160,15 +186,17 @@ class _Planning:
         problem = GuideProblem(self._start, self._goal, self._edges, sampler)
 
         def roadmap() -> Roadmap:
-            if roadmaps is None:
+            if self._roadmaps is None:
                 return Roadmap()
             key = roadmap_key(data, space, required, options, gravity)
-            return roadmaps.roadmap(key, scene, condition.radius)
+            return self._roadmaps.roadmap(key, scene, condition.radius)
 
         self._search = make_search(problem, options, roadmap)
 
     def run(self) -> Outcome:
         """Try guides until a sequence follows one."""
+        with _Clock(self._seconds, "prepare"):
+            self._prepare()
         first = self._first_state()
         best: NoSequenceFound | None = None
         for attempt in range(self._request.options.guides):
@@ -183,8 +211,8 @@ class _Planning:
                 if best is None:
                     raise
                 break  # what failed on the guides before is the more useful thing to say
-            except TimeLimitReached as error:
-                raise TimeLimitReached(error.limit, error.stage, best) from error
+            except (TimeLimitReached, Cancelled) as error:
+                raise _with_best(error, best) from error
             else:
                 return Outcome(guide, tuple(states), self.statistics(len(states)))
         # No guide led there: a goal that does not admit what is asked of it is the more useful
@@ -196,16 +224,33 @@ class _Planning:
 
     def _first_state(self) -> State:
         """The start state; raises where start or goal admit none."""
-        request = self._request
+        request, resumed = self._request, self._resumed
         self._budget.check("start")
-        self._space.require(self._start, request.start, "start")
+        if resumed is None:
+            self._space.require(self._start, request.start, "start")
+        else:
+            self._space.require(self._start, _placement(self._start), "first.root")
         self._space.require(self._goal, request.goal, "goal")
-        for root, error in ((self._start, StartUnreachable), (self._goal, GoalUnreachable)):
-            limb, reason = self._reachability.failure(root)
-            if reason:
-                raise error(reason, limb)
+        limb, reason = self._start_failure()
+        if reason:
+            raise StartUnreachable(reason, limb)
+        limb, reason = self._reachability.failure(self._goal)
+        if reason:
+            raise GoalUnreachable(reason, limb)
+        self._budget.poll()
         with _Clock(self._seconds, "sequence"):
+            if resumed is not None:
+                return resumed_state(self._generator, resumed)
             return start_state(self._generator, self._start, self._start_limbs, budget=self._budget)
+
+    def _start_failure(self) -> tuple[str, str]:
+        """Limb and reason why no guide leaves the start; ("", "") where one may.
+
+        A state with contacts has shown better than the condition that its limbs reach surfaces.
+        """
+        if self._resumed is None:
+            return self._reachability.failure(self._start)
+        return "", self._reachability.blocked(self._start)
 
     def _guide(self, direct: bool) -> GuidePath:
         """P1: a path under the reachability condition, then shortcuts."""
@@ -225,8 +270,9 @@ class _Planning:
         options = self._request.options.sequence
         with _Clock(self._seconds, "sequence"):
             return plan_sequence(
-                self._generator, guide, first, self._budget, self._rng, options, self._goal_limbs
-            )
+                self._generator, guide, first, self._budget, self._rng, options, self._goal_limbs,
+                self._on_states,
+            )  # fmt: skip
 
     def _avoid(self, guide: GuidePath, error: NoSequenceFound) -> None:
         """Keep the next guide away from where the sequence stopped."""
@@ -235,7 +281,7 @@ class _Planning:
 
     def statistics(self, states: int = 0) -> Statistics:
         """Seconds by phase, counts and versions so far, and how many states there are."""
-        tally = self._generator.tally
+        tally = self._tally
         counts = {"guides": self._guides, "guide_nodes": self._nodes, "states": states}
         seconds = {**self._seconds, "total": sum(self._seconds.values())}
         return Statistics(
@@ -260,6 +306,35 @@ class _Clock:
 
 def _root(joints: Array, placement: Placement) -> Array:
     return np.concatenate([placement.position, placement.orientation, joints])
+
+
+def _root_of(state: State, robot: Robot) -> Array:
+    """The root configuration of a state.
+
+    Raises:
+        InvalidInput: a configuration of another robot.
+    """
+    if state.q.shape != robot.low.shape:
+        reason = f"has {len(state.q)} numbers, the robot {robot.name} has {len(robot.low)}"
+        raise InvalidInput("first.q", state.q.tolist(), reason)
+    return np.asarray(state.q[robot.root_index])
+
+
+def _placement(root: Array) -> Placement:
+    return Placement(root[:3], root[3:7])
+
+
+def _with_best(
+    error: TimeLimitReached | Cancelled, best: NoSequenceFound | None
+) -> TimeLimitReached | Cancelled:
+    """The error with what the attempts before had found, where they found more states."""
+    states = error.states
+    if isinstance(error, TimeLimitReached):
+        error = TimeLimitReached(error.limit, error.stage, best)
+    else:
+        error = Cancelled(error.stage)
+    error.states = states if best is None else max(states, best.states, key=len)
+    return error
 
 
 def _version(name: str) -> str:

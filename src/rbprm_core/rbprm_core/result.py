@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
 from rbprm_core.contacts import Contact, State
+from rbprm_core.errors import RbprmError
 from rbprm_core.placement import Placement
 from rbprm_core.plan import (
     ContactEntry,
@@ -16,6 +19,7 @@ from rbprm_core.plan import (
     RequestEntry,
     RobotEntry,
     StateEntry,
+    Statistics,
     Vector3,
 )
 from rbprm_core.planner import Outcome
@@ -32,6 +36,32 @@ def contact_plan(
     outcome: Outcome, request: PlanRequest, robot: Robot, environment: EnvironmentEntry
 ) -> ContactPlan:
     """The plan in the words of the plan file."""
+    plan = bare_plan([state_entry(robot, state) for state in outcome.states], request, robot)
+    return plan.model_copy(
+        update={
+            "environment": environment,
+            "guide": tuple(_root_pose(node) for node in outcome.guide.nodes),
+            "statistics": outcome.statistics,
+        }
+    )
+
+
+def partial_plan(
+    error: RbprmError, request: PlanRequest, robot: Robot, environment: EnvironmentEntry
+) -> ContactPlan | None:
+    """The states that planning found before it failed, as a plan that stops short of the goal.
+
+    None where it found none; there is no guide in it.
+    """
+    if not error.states:
+        return None
+    plan = bare_plan([state_entry(robot, state) for state in error.states], request, robot)
+    statistics = Statistics() if error.statistics is None else error.statistics
+    return plan.model_copy(update={"environment": environment, "statistics": statistics})
+
+
+def bare_plan(states: Iterable[StateEntry], request: PlanRequest, robot: Robot) -> ContactPlan:
+    """A plan of some states, without environment, guide and statistics."""
     description = robot.description
     return ContactPlan(
         robot=RobotEntry(
@@ -40,7 +70,7 @@ def contact_plan(
             srdf=description.srdf,
             joint_names=robot.joint_names,
         ),
-        environment=environment,
+        environment=EnvironmentEntry(),
         request=RequestEntry(
             start=_pose(request.start),
             goal=_pose(request.goal),
@@ -51,9 +81,9 @@ def contact_plan(
             goal_limbs=request.goal_limbs,
             position_tolerance=EXACT + request.options.sequence.root_slack,
         ),
-        guide=tuple(_root_pose(node) for node in outcome.guide.nodes),
-        states=tuple(state_entry(robot, state) for state in outcome.states),
-        statistics=outcome.statistics,
+        guide=(),
+        states=tuple(states),
+        statistics=Statistics(),
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from rbprm_core.contacts.heuristics import check_names
-from rbprm_core.environment import load_scene
+from rbprm_core.environment import load_scene, polygon_surfaces
 from rbprm_core.errors import InvalidInput
 from rbprm_core.files import known_files, read_toml
 from rbprm_core.guide.space import RootBounds
@@ -98,6 +98,20 @@ class EnvironmentText(Record):
     classification: Classification = Classification()
 
 
+class EditText(Record):
+    """A change of the environment while the robot walks.
+
+    Attributes:
+        name: for people. at: share of the sequence's states that are executed when it happens.
+        surfaces: added (a new id) or changed (a known id). removed: ids.
+    """
+
+    name: str
+    at: Annotated[float, Field(ge=0, lt=1)]
+    surfaces: tuple[SurfaceText, ...] = ()
+    removed: tuple[str, ...] = ()
+
+
 class Scenario(Record):
     """A scenario as its file says it.
 
@@ -107,6 +121,7 @@ class Scenario(Record):
         heuristics, surfaces: of that robot's limbs, by name of limb; the others keep the robot
             file's.
         trunk: that robot's volume W0, where it is not the robot file's.
+        edits: changes of the environment, each on top of those before.
     """
 
     name: Annotated[str, Field(pattern=FILE_NAME)]
@@ -120,6 +135,7 @@ class Scenario(Record):
     request: RequestText
     options: PlannerOptions = PlannerOptions()
     robots: dict[str, RobotChanges] = {}
+    edits: tuple[EditText, ...] = ()
 
     def load_robot(self, robot: str | None = None) -> Robot:
         """The robot with the limbs that the scenario uses.
@@ -187,6 +203,16 @@ class Scenario(Record):
     def scene(self) -> Scene:
         """The environment read and cut into surfaces."""
         return load_scene(self.environment_entry(), self.environment.classification)
+
+    def edited(self, scene: Scene, edit: int) -> Scene:
+        """A scene after one of the scenario's edits.
+
+        Raises:
+            InvalidInput: a polygon that cannot be used, a removed id that is not there.
+        """
+        text, field = self.edits[edit], f"edits.{edit}"
+        changed = polygon_surfaces(text.surfaces, self.environment.classification, field)
+        return scene.edited(changed, text.removed)
 
 
 def known_scenarios() -> dict[str, Path]:

@@ -143,7 +143,7 @@ def test_the_same_again_from_the_cache(
     stamp = file.stat().st_mtime_ns
     told.clear()
     kept = load_robot_data(Robot.load(small_hyq), told.append)
-    assert told == [1.0]
+    assert set(told) == {1.0}
     assert file.stat().st_mtime_ns == stamp
     same_data(computed, kept)
 

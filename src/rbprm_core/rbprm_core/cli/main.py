@@ -14,6 +14,7 @@ from rbprm_core.cli.calibrate import calibrate
 from rbprm_core.cli.check import check
 from rbprm_core.cli.listing import robots, scenarios
 from rbprm_core.cli.plan import plan
+from rbprm_core.cli.replan import replan
 from rbprm_core.cli.view import view
 from rbprm_core.errors import ErrorCode, RbprmError
 
@@ -33,7 +34,7 @@ def cli() -> None:
     """
 
 
-for command in (plan, check, view, bench, bench_scaling, calibrate, scenarios, robots):
+for command in (plan, replan, check, view, bench, bench_scaling, calibrate, scenarios, robots):
     cli.add_command(command)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from rbprm_core.budget import Budget
 from rbprm_core.contacts.broadphase import PairGroup
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
@@ -25,9 +26,13 @@ plan's check allows.
 
 
 class CollisionModel:
-    """Tests of one robot in one scene. Not thread-safe: it holds scratch data."""
+    """Tests of one robot in one scene. Not thread-safe: it holds scratch data.
 
-    def __init__(self, data: RobotData, scene: Scene) -> None:
+    Args:
+        budget: polled while the tests are set up; None for no limit.
+    """
+
+    def __init__(self, data: RobotData, scene: Scene, budget: Budget | None = None) -> None:
         bodies, model = data.bodies, data.robot.model
         self._model = model
         self._data = model.createData()
@@ -38,6 +43,8 @@ class CollisionModel:
         def group(
             pairs: list[tuple[int, int]], against: Sequence[int] = (), obstacles: Shapes = ()
         ) -> PairGroup:
+            if budget is not None:
+                budget.poll()
             return PairGroup(model, bodies.objects, pairs, against, obstacles)
 
         limbs = range(len(data.robot.limbs))

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from rbprm_core.budget import Budget
 from rbprm_core.contacts.balance import Balance
 from rbprm_core.contacts.collision import CollisionModel
 from rbprm_core.contacts.footholds import FootholdFinder, Footholds
@@ -38,6 +39,7 @@ class ContactGenerator:
             in force closure too.
         rng: for heuristics that draw; one of seed 0 where None.
         grip_force: sum of the contact forces that b0 without weight is measured by, newtons.
+        budget: polled at every candidate, for one contact may take seconds; None for no limit.
     """
 
     def __init__(
@@ -49,7 +51,9 @@ class ContactGenerator:
         options: GeneratorOptions = GeneratorOptions(),  # noqa: B008 (frozen)
         rng: np.random.Generator | None = None,
         grip_force: float = GRIP_FORCE,
+        budget: Budget | None = None,
     ) -> None:
+        self._budget = Budget() if budget is None else budget
         self.robot = data.robot
         self.scene = scene
         self._gravity, self._mass, self._grip_force = gravity, data.robot.mass, grip_force
@@ -59,7 +63,7 @@ class ContactGenerator:
         self._doubt = DOUBT * self._mass * float(np.linalg.norm(gravity))
         self.options = options
         self.tally = Tally()
-        self.collision = CollisionModel(data, scene)
+        self.collision = CollisionModel(data, scene, self._budget)
         self._data = self.robot.model.createData()
         self._databases = data.databases
         self._tied = [float(own.manipulability.max()) < TIED for own in data.databases]
@@ -180,6 +184,7 @@ class ContactGenerator:
         for joints in (q[index], self.robot.reference[index], *database.joints[draws]):
             trial = q.copy()
             trial[index] = joints
+            self._budget.poll()
             with self.tally.timed("collision"):
                 free = self.collision.limb_free(trial, limb, None, without)
             if free:
@@ -246,12 +251,14 @@ class ContactGenerator:
         balance = self._balance(q, limb, base)
         batches = self._footholds.find(limb, base, ahead, replaced, others, balance)
         while True:
+            self._budget.poll()
             with self.tally.timed("candidates"):
                 found = next(batches, None)
             if found is None:
                 return
             coms = balance.com(found.samples)
             for i in range(len(found)):
+                self._budget.poll()
                 if self.tied(limb):
                     placed = self._touching(q, limb, base, found, i)
                     if placed is not None and self._is_moved(placed[1], replaced):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from rbprm_core.contacts.generator import ContactGenerator
 from rbprm_core.contacts.options import SequenceOptions
 from rbprm_core.contacts.state import State
 from rbprm_core.contacts.walk import Obstruction, Walk
-from rbprm_core.errors import NoSequenceFound
+from rbprm_core.errors import Cancelled, NoSequenceFound, TimeLimitReached
 from rbprm_core.guide.path import GuidePath
 
 
@@ -23,6 +23,7 @@ def plan_sequence(
     rng: np.random.Generator,
     options: SequenceOptions = SequenceOptions(),  # noqa: B008 (frozen)
     goal_limbs: Collection[int] = (),
+    on_states: Callable[[Sequence[State]], None] = lambda states: None,
 ) -> list[State]:
     """States along the guide, from the start state to the guide's end (Algorithm 1).
 
@@ -32,31 +33,70 @@ def plan_sequence(
     Args:
         goal_limbs: limbs that are to be in contact at the end; the last state may lack those that
             find none there.
+        on_states: told the states so far, the start state first, whenever there are more.
 
     Raises:
-        NoSequenceFound: where the guide cannot be followed further; the states so far are in its
-            attribute `states`.
+        NoSequenceFound: where the guide cannot be followed further.
         TimeLimitReached, Cancelled: from the budget.
+
+        The attribute `states` of each has the states so far.
     """
     walk = Walk(generator, guide, rng, options)
-    states = [start]
+    states = _Growing(start, on_states)
+    try:
+        _follow(walk, generator, guide, states, budget, options)
+        _settle(walk, states, guide.length, goal_limbs)
+    except (TimeLimitReached, Cancelled) as error:
+        error.states = tuple(states.states)
+        raise
+    return states.states
+
+
+class _Growing:
+    """A sequence that tells somebody whenever it has grown."""
+
+    def __init__(self, start: State, told: Callable[[Sequence[State]], None]) -> None:
+        self.states: list[State] = []
+        self._told = told
+        self.add(start)
+
+    @property
+    def last(self) -> State:
+        """The newest state."""
+        return self.states[-1]
+
+    def add(self, state: State) -> None:
+        """Go on to another state."""
+        self.states.append(state)
+        self._told(tuple(self.states))
+
+
+def _follow(
+    walk: Walk,
+    generator: ContactGenerator,
+    guide: GuidePath,
+    states: _Growing,
+    budget: Budget,
+    options: SequenceOptions,
+) -> None:
+    """Add the states along a guide, the goal's included."""
     mark, step = 0.0, options.step
     moved: set[int] = set()  # limbs moved at this root; once each is enough
     floor: float | None = None  # least b0 taken as a last resort, None while there are others
     while mark < guide.length:
-        budget.check("sequence", mark / guide.length, len(states))
-        last, target = states[-1], min(mark + step, guide.length)
+        budget.check("sequence", mark / guide.length, len(states.states))
+        last, target = states.last, min(mark + step, guide.length)
         found = walk.advance(last, target, floor)
         stuck = found if isinstance(found, Obstruction) else None
         instead = None
         if isinstance(found, Obstruction) or not walk.supported(last, found):
             instead = walk.reposition(last, mark, moved, stuck, floor)
         if instead is not None:
-            states.append(instead)
+            states.add(instead)
             floor = None
             moved.add(instead.contacts[-1].limb)
         elif isinstance(found, State):
-            states.append(found)
+            states.add(found)
             mark, step, floor = target, min(2 * step, options.step), None
             moved.clear()
         elif step > options.least_step:
@@ -64,19 +104,15 @@ def plan_sequence(
         elif floor is None and generator.options.most_robust:
             step, floor = options.step, generator.floor
         else:
-            raise _stopped(generator, states, found, mark / guide.length)
-    return [*states, *_settled(walk, states[-1], guide.length, goal_limbs)]
+            raise _stopped(generator, states.states, found, mark / guide.length)
 
 
-def _settled(walk: Walk, last: State, mark: float, goal_limbs: Collection[int]) -> list[State]:
-    """States at the goal that bring the limbs in contact that are wanted there and are free."""
-    states = []
-    for limb in [limb for limb in last.free if limb in goal_limbs]:
-        made = walk.make(last, mark, limb)
+def _settle(walk: Walk, states: _Growing, mark: float, goal_limbs: Collection[int]) -> None:
+    """Add states at the goal that bring the limbs in contact that are wanted there and are free."""
+    for limb in [limb for limb in states.last.free if limb in goal_limbs]:
+        made = walk.make(states.last, mark, limb)
         if made is not None:
-            last = made
-            states.append(made)
-    return states
+            states.add(made)
 
 
 def _stopped(

@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from rbprm_core.budget import Budget
 from rbprm_core.guide.equilibrium import EquilibriumTest
 from rbprm_core.guide.placements import RootPlacements
 from rbprm_core.guide.space import distance, interpolate_all
@@ -33,6 +34,7 @@ class Reachability:
     Args:
         required: names of the limbs whose workspace must meet a surface.
         equilibrium: what else must hold where a root is tested, None for the plain condition.
+        budget: polled at every test; None for no limit.
     """
 
     def __init__(
@@ -41,7 +43,9 @@ class Reachability:
         scene: Scene,
         required: tuple[str, ...],
         equilibrium: EquilibriumTest | None = None,
+        budget: Budget | None = None,
     ) -> None:
+        self._budget = Budget() if budget is None else budget
         self._robot, self._scene = data.robot, scene
         self._trunk = TrunkTest(data.robot, data.trunk, scene.shape)
         inner = [piece.corners for piece in data.trunk if piece.joint == ROOT_JOINT]
@@ -85,6 +89,7 @@ class Reachability:
 
     def holds(self, root: Array) -> bool:
         """True where the condition holds at a root configuration (7 + j,)."""
+        self._budget.poll()
         return (
             not self.avoids(root[None])
             and not self._trunk.hits(root)
@@ -94,12 +99,9 @@ class Reachability:
 
     def failure(self, root: Array) -> tuple[str, str]:
         """Limb ("" for the trunk) and reason why the condition fails; ("", "") where it holds."""
-        rotation = pin.Quaternion(root[3:7]).matrix()
-        if self._scene.encloses(rotation @ self._trunk_middle + root[:3]):
-            return "", "the trunk is inside an obstacle"
-        if self._trunk.hits(root):
-            scale = self._robot.description.volumes.trunk_scale
-            return "", f"the trunk, scaled by {scale:g}, collides with the environment"
+        blocked = self.blocked(root)
+        if blocked:
+            return "", blocked
         for (limb, workspace, shape), placement in zip(
             self._limbs, self._bases.at(root), strict=True
         ):
@@ -112,6 +114,16 @@ class Reachability:
             return "", "no contacts within the limbs' workspaces could bear the robot's weight"
         return "", ""
 
+    def blocked(self, root: Array) -> str:
+        """Why the trunk cannot be at a root configuration, "" where it can."""
+        rotation = pin.Quaternion(root[3:7]).matrix()
+        if self._scene.encloses(rotation @ self._trunk_middle + root[:3]):
+            return "the trunk is inside an obstacle"
+        if self._trunk.hits(root):
+            scale = self._robot.description.volumes.trunk_scale
+            return f"the trunk, scaled by {scale:g}, collides with the environment"
+        return ""
+
     def edge_holds(self, a: Array, b: Array, steps: int) -> bool:
         """True where the condition holds from a (left out) to b (included).
 
@@ -119,6 +131,7 @@ class Reachability:
         equilibrium at each SPARSE-th of them. Coarse to fine: an edge that fails mostly fails at
         its end or near its middle.
         """
+        self._budget.poll()
         roots = interpolate_all(a, b, _coarse_to_fine(steps) / steps)
         return (
             not self.avoids(roots)
@@ -139,7 +152,10 @@ class Reachability:
 
     def _balances(self, root: Array) -> bool:
         """True where equilibrium is possible, or is not asked for."""
-        return self._equilibrium is None or self._equilibrium.holds(root)
+        if self._equilibrium is None:
+            return True
+        self._budget.poll()
+        return self._equilibrium.holds(root)
 
     def _meets(
         self, body: coal.ShapeBase, placement: coal.Transform3s, mesh: coal.BVHModelBase

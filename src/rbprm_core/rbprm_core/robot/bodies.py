@@ -105,8 +105,15 @@ def _owner(robot: Robot, joint: int) -> int:
     return next((k for k, limb in enumerate(robot.limbs) if joint in limb.joints), -1)
 
 
-def find_exact_pairs(robot: Robot, rng: np.random.Generator) -> NDArray[np.bool_]:
+def find_exact_pairs(
+    robot: Robot,
+    rng: np.random.Generator,
+    poll: Callable[[], None] = lambda: None,
+) -> NDArray[np.bool_]:
     """Pairs whose hulls touch in a posture where their meshes do not, over random postures.
+
+    Args:
+        poll: called at every posture; may raise to stop.
 
     Returns:
         (pairs,) True where only the meshes tell.
@@ -118,6 +125,7 @@ def find_exact_pairs(robot: Robot, rng: np.random.Generator) -> NDArray[np.bool_
     mesh_test = pair_test(robot, robot.geometry)
     exact = np.zeros(count, dtype=bool)
     for i in range(EXACT_PAIR_SAMPLES):
+        poll()
         q = robot.reference.copy()
         if i > 0:
             q[bounds] = rng.uniform(robot.low[bounds], robot.high[bounds])

@@ -59,16 +59,19 @@ def load_robot_data(
     report(1.0)
     limbs = range(len(robot.limbs))
     workspaces = tuple(arrays[f"workspace_{k}"].astype(float) for k in limbs)
-    databases = tuple(
-        LimbDatabase(*(arrays[f"{part}_{k}"].astype(float) for part in PARTS)) for k in limbs
-    )
+    databases = []
+    for k in limbs:
+        databases.append(LimbDatabase(*(arrays[f"{part}_{k}"].astype(float) for part in PARTS)))
+        report(1.0)
+    bodies = make_bodies(robot, arrays["exact_pairs"].astype(bool))
+    report(1.0)
     return RobotData(
         robot=robot,
-        bodies=make_bodies(robot, arrays["exact_pairs"].astype(bool)),
+        bodies=bodies,
         trunk=tuple(trunk_volume(robot, robot.description.volumes.trunk_scale)),
         workspaces=workspaces,
         faces=tuple(ConvexHull(corners).equations for corners in workspaces),
-        databases=databases,
+        databases=tuple(databases),
         height=_reference_height(robot),
     )
 
@@ -76,8 +79,7 @@ def load_robot_data(
 def _compute(robot: Robot, report: Callable[[float], None]) -> Arrays:
     rng = np.random.default_rng(robot.description.seed)
     volumes = robot.description.volumes
-    report(0.0)
-    exact = find_exact_pairs(robot, rng)
+    exact = find_exact_pairs(robot, rng, lambda: report(0.0))
     bodies = make_bodies(robot, exact)
     arrays: Arrays = {"exact_pairs": exact}
     count = len(robot.limbs)
@@ -87,6 +89,7 @@ def _compute(robot: Robot, report: Callable[[float], None]) -> Arrays:
             report((k + part) / count)
 
         found = sample_limb(robot, bodies, limb, volumes.samples, rng, share)
+        report((k + 1) / count)
         arrays[f"workspace_{k}"] = reachable_workspace(found.positions, volumes.faces)
         for part in PARTS:
             arrays[f"{part}_{k}"] = getattr(found, part)[: limb.samples]

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 LEAST_VALID = 100
 PITCHED = 0.5  # share of the samples made for a root anywhere in the limb's pitch range
 MOST_TILT = 0.35  # tangent of the tilt of the surfaces that samples of a patch face
-REPORT_EVERY = 1000
+REPORT_EVERY = 50  # configurations; a few hundredths of a second, for reports may stop the work
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,9 +81,13 @@ def sample_limb(
         )
         raise InvalidInput(f"limbs.{limb.name}", limb.effector, reason)
     kept = drawn[valid]
-    found = [limb.kinematics.placement_and_jacobian(joints) for joints in kept]
+    found, coms = [], np.empty((len(kept), 3))
+    for i, joints in enumerate(kept):
+        if i % REPORT_EVERY == 0:
+            report(1.0)
+        found.append(limb.kinematics.placement_and_jacobian(joints))
+        coms[i] = limb.kinematics.com(joints)
     positions, rotations, jacobians = (np.array(part) for part in zip(*found, strict=True))
-    coms = np.array([limb.kinematics.com(joints) for joints in kept])
     return LimbSamples(kept, positions, rotations, jacobians[:, :3], coms)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rbprm_core.scene.scene import Scene
+from rbprm_core.scene.scene import Scene, fans
 from rbprm_core.scene.surface import Surface
 
 Array = NDArray[np.float64]
@@ -26,6 +26,24 @@ def changed_boxes(old: Scene, new: Scene) -> Array:
         rows = [{t.tobytes(): t for t in scene.obstacles} for scene in (old, new)]
         changed += [{**rows[0], **rows[1]}[k] for k in rows[0].keys() ^ rows[1].keys()]
     return np.array([[c.min(axis=0), c.max(axis=0)] for c in changed]).reshape(-1, 2, 3)
+
+
+def added_triangles(old: Scene, new: Scene) -> list[Array]:
+    """Triangles (n, 3, 3) that can be hit in the new scene and were not there in the old one.
+
+    One array a surface that is new or was changed, and one for all such obstacles.
+    """
+    added = []
+    for identity, index in new.index.items():
+        before, after = _surface(old, identity), new.surfaces[index]
+        if before is not after and not (before and _same(before, after)):
+            added.append(fans(after.polygon.pieces))
+    if old.obstacles is not new.obstacles:
+        known = {triangle.tobytes() for triangle in old.obstacles}
+        fresh = [triangle for triangle in new.obstacles if triangle.tobytes() not in known]
+        if fresh:
+            added.append(np.array(fresh))
+    return added
 
 
 def _surface(scene: Scene, identity: str) -> Surface | None:

@@ -93,7 +93,7 @@ class Scene:
     def triangles(self) -> Array:
         """Triangles (n, 3, 3) of everything that can be hit: obstacles and surfaces."""
         return np.concatenate(
-            [self._obstacles, _fans([p for s in self.surfaces for p in s.polygon.pieces])]
+            [self._obstacles, fans([p for s in self.surfaces for p in s.polygon.pieces])]
         )
 
     @cached_property
@@ -111,7 +111,7 @@ class Scene:
         """The surfaces of some kinds as one coal mesh; None where there is none."""
         if kinds not in self._meshes:
             chosen = [p for s in self.surfaces if s.kind in kinds for p in s.polygon.pieces]
-            self._meshes[kinds] = mesh_shape(_fans(chosen)) if chosen else None
+            self._meshes[kinds] = mesh_shape(fans(chosen)) if chosen else None
         return self._meshes[kinds]
 
     def pieces(self, kinds: tuple[SurfaceKind, ...]) -> Pieces:
@@ -169,7 +169,7 @@ def _split(triangles: Array, most: int) -> list[Array]:
     ]
 
 
-def _fans(pieces: Sequence[Array]) -> Array:
+def fans(pieces: Sequence[Array]) -> Array:
     """Triangles (n, 3, 3) of convex polygons (m, 3), all at once: scenes have thousands of them."""
     if not pieces:
         return np.zeros((0, 3, 3))

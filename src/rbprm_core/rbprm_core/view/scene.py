@@ -120,9 +120,9 @@ def make_scene(plan: ContactPlan) -> PlanScene:
     return PlanScene(
         model=model,
         links=read_links(model, urdf, tips),
-        configurations=_configurations(model, plan),
+        configurations=configurations(model, plan),
         limbs=tuple(dict.fromkeys(c.limb for s in plan.states for c in s.contacts)),
-        footprints=_footprints(plan.states),
+        footprints=footprints(plan.states),
         environment=read_ground(plan.environment),
         guide=np.array([pose.position for pose in plan.guide]).reshape(-1, 3),
     )
@@ -140,7 +140,7 @@ def _contact_joints(model: pin.Model, plan: ContactPlan) -> dict[int, str]:
     return joints
 
 
-def _configurations(model: pin.Model, plan: ContactPlan) -> Array:
+def configurations(model: pin.Model, plan: ContactPlan) -> Array:
     """States in pinocchio's order; the plan names its own order of the joints."""
     names = plan.robot.joint_names
     if sorted(names) != sorted(model.names[2:]):
@@ -174,7 +174,7 @@ def _unit(quaternion: tuple[float, ...], state: int) -> Array:
     return array / norm
 
 
-def _footprints(states: tuple[StateEntry, ...]) -> tuple[Footprint, ...]:
+def footprints(states: tuple[StateEntry, ...]) -> tuple[Footprint, ...]:
     """Each contact once, at the state that makes or moves it."""
     found: list[Footprint] = []
     held: dict[str, Footprint] = {}

@@ -1,0 +1,23 @@
+"""Going on from a plan whose surroundings changed: what still holds, from where, and how."""
+
+from rbprm_core.replanning.policy import Decision, Keep, Replan, Situation, Stuck, decide
+from rbprm_core.replanning.replan import Revision, replan
+from rbprm_core.replanning.restore import restored_state, restored_states
+from rbprm_core.replanning.validity import InvalidState, Reason, Watch, invalid_states
+
+__all__ = [
+    "Decision",
+    "InvalidState",
+    "Keep",
+    "Reason",
+    "Replan",
+    "Revision",
+    "Situation",
+    "Stuck",
+    "Watch",
+    "decide",
+    "invalid_states",
+    "replan",
+    "restored_state",
+    "restored_states",
+]
