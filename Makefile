@@ -30,7 +30,7 @@ setup: $(BUILT) ## Install everything into .venv and build ros2_ws
 demo: setup ## Plan HyQ across the rubble through the ROS 2 node; leaves plan and pictures in demo_output
 	@scripts/demo.sh
 
-test: setup ## Style, types and all tests
+test: setup $(STAMP)/peer ## Style, types and all tests
 	@scripts/test.sh
 
 lint: $(STAMP)/packages ## Style and types only
@@ -54,6 +54,12 @@ $(STAMP)/venv:
 $(STAMP)/packages: $(STAMP)/venv $(REQUIREMENTS) scripts/install_packages.py scripts/adapt_ros_wheels.py
 	@touch $@.begun
 	@scripts/install_packages.sh
+	@mv $@.begun $@
+
+# Apart from `setup`: only tests need it.
+$(STAMP)/peer: $(STAMP)/packages requirements/peer.txt scripts/make_peer_venv.sh
+	@touch $@.begun
+	@scripts/make_peer_venv.sh
 	@mv $@.begun $@
 
 $(BUILT): $(STAMP)/packages $(INTERFACES) $(PACKAGING) scripts/build_workspace.sh

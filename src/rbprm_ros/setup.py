@@ -23,6 +23,10 @@ setup(
         "console_scripts": [
             "planner_node = rbprm_ros.executables:planner_node",
             "publish_surfaces = rbprm_ros.executables:publish_surfaces",
+            "record_bag = rbprm_ros.executables:record_bag",
+            "play_bag = rbprm_ros.executables:play_bag",
+            "check_health = rbprm_ros.executables:check_health",
+            "executive = rbprm_ros.executables:executive",
         ]
     },
     zip_safe=False,

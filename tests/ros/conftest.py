@@ -9,6 +9,7 @@ import signal
 import subprocess
 import tempfile
 import time
+from array import array
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any
@@ -18,7 +19,7 @@ import rclpy
 from ament_index_python import get_package_prefix
 from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
 from nav_msgs.msg import Path as PathMessage
-from rbprm_msgs.msg import ContactSequence, Surface, SurfaceArray
+from rbprm_msgs.msg import ContactSequence, PlannerStatus, Surface, SurfaceArray
 from rbprm_msgs.srv import Plan
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
@@ -65,13 +66,26 @@ class Process:
 
     def worker(self) -> int:
         """Id of the planning process."""
-        wait_until(lambda: len(self.children()) == 1, "a planning process")
-        return self.children()[0]
+        wait_until(lambda: len(self._planning()) == 1, "a planning process")
+        return self._planning()[0]
+
+    def _planning(self) -> list[int]:
+        """Ids of the planning processes that are alive."""
+        return [pid for pid in self.children() if role(pid) == "planning"]
 
     def stop(self, number: int = signal.SIGINT, timeout: float = 5.0) -> int:
         """Send a signal; returns the exit code."""
         self.popen.send_signal(number)
         return self.popen.wait(timeout)
+
+
+def role(pid: int) -> str:
+    """What a child process of the planner is for: the last word of its command line."""
+    try:
+        words = Path(f"/proc/{pid}/cmdline").read_text().split("\0")
+    except OSError:  # it is gone
+        return ""
+    return words[-2] if len(words) > 1 else ""
 
 
 class Executive:
@@ -84,6 +98,8 @@ class Executive:
         self.client = self.node.create_client(Plan, f"{NODE}/plan", qos_profile=CALLS)
         self.sequences: list[ContactSequence] = []
         self.guides: list[PathMessage] = []
+        self.statuses: list[PlannerStatus] = []
+        self._clients: dict[str, Any] = {}
         self._publishers: dict[str, Any] = {}
 
     def listen(self) -> None:
@@ -91,6 +107,7 @@ class Executive:
         for kind, topic, kept in (
             (ContactSequence, "contact_sequence", self.sequences),
             (PathMessage, "guide_path", self.guides),
+            (PlannerStatus, "status", self.statuses),
         ):
             self.node.create_subscription(kind, f"{NODE}/{topic}", kept.append, LATCHED)
 
@@ -121,6 +138,21 @@ class Executive:
     def call(self, request: Plan.Request, timeout: float = ANSWER_TIMEOUT) -> Plan.Response:
         """Call the plan service and wait."""
         return self.answer(self.start_call(request), timeout)
+
+    def start_asking(self, kind: Any, name: str, request: Any) -> Any:
+        """Call a service of the planner, such as "validate"; returns the future."""
+        if name not in self._clients:
+            client = self.node.create_client(kind, f"{NODE}/{name}", qos_profile=CALLS)
+            self._clients[name] = client
+        client = self._clients[name]
+        self.spin_until(client.service_is_ready, f"the service {name}", START_TIMEOUT)
+        return client.call_async(request)
+
+    def ask(self, kind: Any, name: str, request: Any, timeout: float = ANSWER_TIMEOUT) -> Any:
+        """Call a service of the planner and wait."""
+        future = self.start_asking(kind, name, request)
+        self.spin_until(future.done, f"an answer of {name}", timeout)
+        return future.result()
 
     def call_on_surfaces(self, request: Plan.Request) -> Plan.Response:
         """Call until the surfaces, which have been sent, are there."""
@@ -272,3 +304,18 @@ def stamped(x: float) -> PoseStamped:
     """A root pose of HyQ standing on flat ground."""
     position, upright = Point(x=x, y=0.0, z=0.6), Quaternion(w=1.0)
     return PoseStamped(pose=Pose(position=position, orientation=upright))
+
+
+@pytest.fixture(scope="session")
+def plain() -> Callable[[Any], Any]:
+    """A function that turns a message into what JSON can hold."""
+
+    def convert(value: Any) -> Any:
+        if hasattr(value, "get_fields_and_field_types"):
+            names = value.get_fields_and_field_types()
+            return {name: convert(getattr(value, name)) for name in names}
+        if isinstance(value, list | tuple | array):
+            return [convert(item) for item in value]
+        return value
+
+    return convert

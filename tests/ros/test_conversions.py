@@ -107,7 +107,7 @@ def test_surfaces_survive_the_messages() -> None:
     update = update_of_message(
         across(surfaces_message([surface], Header(frame_id="map"))), Settings()
     )
-    (again,) = Environment().update(update, max_surfaces=1).surfaces
+    (again,) = Environment().update(update, Settings()).surfaces
     assert (again.id, again.friction, again.kind) == ("a", 0.7, surface.kind)
     assert again.polygon.area == pytest.approx(surface.polygon.area)
     assert np.allclose(again.polygon.boundary, surface.polygon.boundary)
@@ -130,7 +130,7 @@ def test_stamp_that_is_no_time() -> None:
 @pytest.fixture
 def environment() -> Environment:
     made = Environment()
-    made.update(SurfaceUpdate((SurfaceEntry(id="a", vertices=SQUARE),)), max_surfaces=1)
+    made.update(SurfaceUpdate((SurfaceEntry(id="a", vertices=SQUARE),)), Settings())
     return made
 
 

@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rbprm_core.budget import Progress
 from rbprm_core.errors import Cancelled, ErrorCode
 from rbprm_core.guide.space import RootBounds
 from rbprm_core.placement import Placement
@@ -19,14 +18,15 @@ from rbprm_core.plan import ContactPlan, SurfaceEntry
 from rbprm_core.request import PlanRequest
 from rbprm_ros.environment import Environment, Snapshot, SurfaceUpdate
 from rbprm_ros.failure import PlanningFailed
-from rbprm_ros.jobs import Job
+from rbprm_ros.jobs import Job, Reported, RobotChoice
+from rbprm_ros.parameters import Settings
 from rbprm_ros.worker import PlanningWorker
 
 LIMBS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
 TIMEOUT = 60.0
 
 
-def ignore(_: Progress) -> None:
+def ignore(_: Reported) -> None:
     """Not interested."""
 
 
@@ -38,7 +38,7 @@ def strip(identity: str, low: float, high: float) -> SurfaceEntry:
 
 def snapshot(*entries: SurfaceEntry) -> Snapshot:
     """Surfaces as the node holds them."""
-    return Environment().update(SurfaceUpdate(entries), max_surfaces=10)
+    return Environment().update(SurfaceUpdate(entries), Settings())
 
 
 def job(identity: str, surfaces: Snapshot, goal: float) -> Job:
@@ -51,12 +51,12 @@ def job(identity: str, surfaces: Snapshot, goal: float) -> Job:
         start_limbs=LIMBS,
         robustness_threshold=10.0,
     )
-    return Job(identity, "hyq", request, TIMEOUT, surfaces)
+    return Job(identity, RobotChoice("hyq"), request, TIMEOUT, surfaces)
 
 
 @pytest.fixture(scope="module")
 def worker() -> Iterator[PlanningWorker]:
-    made = PlanningWorker("hyq", ignore)
+    made = PlanningWorker(RobotChoice("hyq"), ignore)
     made.prepare().result(TIMEOUT)
     yield made
     made.close()
@@ -79,8 +79,8 @@ class Started:
     def __init__(self) -> None:
         self.stages: list[str] = []
 
-    def __call__(self, progress: Progress) -> None:
-        self.stages.append(progress.stage)
+    def __call__(self, reported: Reported) -> None:
+        self.stages.append(reported.progress.stage)
 
     def wait(self, stage: str) -> None:
         end = time.monotonic() + TIMEOUT
@@ -146,7 +146,7 @@ def test_cancel_of_a_waiting_job(worker: PlanningWorker, search: Job, walk: Job)
 
 
 def test_close_ends_all_work(search: Job, walk: Job) -> None:
-    worker = PlanningWorker("hyq", ignore)
+    worker = PlanningWorker(RobotChoice("hyq"), ignore)
     report = Started()
     running, waiting = worker.submit(search, report), worker.submit(walk, ignore)
     report.wait("guide")
@@ -157,5 +157,5 @@ def test_close_ends_all_work(search: Job, walk: Job) -> None:
 
 def test_robot_that_cannot_be_loaded_is_told(worker: PlanningWorker, walk: Job) -> None:
     with pytest.raises(PlanningFailed) as caught:
-        worker.submit(replace(walk, robot="spot"), ignore).result(TIMEOUT)
+        worker.submit(replace(walk, robot=RobotChoice("spot")), ignore).result(TIMEOUT)
     assert (caught.value.failure.code, caught.value.failure.field) == (2, "robot")

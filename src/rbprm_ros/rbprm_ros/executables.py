@@ -25,3 +25,35 @@ def publish_surfaces() -> None:
     from rbprm_ros.publish_surfaces import run
 
     sys.exit(run(stop, sys.argv))
+
+
+def record_bag() -> None:
+    """The recorder of bags."""
+    stop = stop_event()
+    from rbprm_ros.record_bag import run
+
+    sys.exit(run(stop, sys.argv))
+
+
+def play_bag() -> None:
+    """The player of bags."""
+    stop = stop_event()
+    from rbprm_ros.play_bag import run
+
+    sys.exit(run(stop, sys.argv))
+
+
+def check_health() -> None:
+    """The health check of containers."""
+    stop = stop_event()
+    from rbprm_ros.check_health import run
+
+    sys.exit(run(stop))
+
+
+def executive() -> None:
+    """The mission executive."""
+    stop = stop_event()
+    from rbprm_ros.executive import run
+
+    sys.exit(run(stop))

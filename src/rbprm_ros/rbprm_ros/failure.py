@@ -3,10 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import IntEnum
 
 from rbprm_core.errors import ErrorCode, InvalidInput, NoSequenceFound, RbprmError, RootUnreachable
+from rbprm_core.plan import ContactPlan
 
 MOST_CHARACTERS = 200  # of an offending value; an answer must not grow with the input at fault
+
+
+class NodeCode(IntEnum):
+    """The node's own ways to fail, after those of the core; PlanningResult has the same."""
+
+    PREEMPTED = 9
+    OUTDATED = 10
+    NOT_ACTIVE = 11
+    UNKNOWN_SEQUENCE = 12
+    WORKER_LOST = 13
 
 
 @dataclass(frozen=True)
@@ -15,13 +27,14 @@ class Failure:
 
     Attributes:
         code: the way to fail. text: what happened and what to change.
-        field, value: what was wrong in the input; "" unless the code is INVALID_INPUT.
+        field, value: what was wrong in the input; "" unless the code is INVALID_INPUT or
+            UNKNOWN_SEQUENCE.
         limb: that could not be placed; "" where no single limb is to blame.
         state: index of the last state reached; -1 unless the code is NO_SEQUENCE.
         fraction: share of the guide that the sequence covered, 0 to 1.
     """
 
-    code: ErrorCode
+    code: ErrorCode | NodeCode
     text: str
     field: str = ""
     value: str = ""
@@ -30,19 +43,34 @@ class Failure:
     fraction: float = 0.0
 
 
-class PlanningFailed(RbprmError):
-    """The planning process ended a job with a failure."""
+SUCCEEDED = Failure(ErrorCode.SUCCESS, "", fraction=1.0)
 
-    def __init__(self, failure: Failure) -> None:
-        self.failure = failure
+
+class PlanningFailed(RbprmError):
+    """The planning process ended a job with a failure.
+
+    Attributes:
+        partial: the states up to where it ended, as a plan; None where there are none.
+    """
+
+    def __init__(self, failure: Failure, partial: ContactPlan | None = None) -> None:
+        self.failure, self.partial = failure, partial
         super().__init__(failure.text)
+
+
+class NodeError(RbprmError):
+    """A call that the node itself cannot serve."""
+
+    def __init__(self, code: NodeCode, text: str, field: str = "", value: str = "") -> None:
+        self.failure = Failure(code, text, field, value[:MOST_CHARACTERS])
+        super().__init__(text)
 
 
 def failure_of(error: Exception) -> Failure:
     """The data of an error; one that nobody foresaw is INTERNAL."""
     text = str(error)
     match error:
-        case PlanningFailed():
+        case PlanningFailed() | NodeError():
             return error.failure
         case InvalidInput():
             return Failure(error.code, text, field=error.field, value=_shown(error.value))

@@ -1,26 +1,38 @@
-"""What the node and its planning process say to each other: plain data over a pipe."""
+"""What the node and its planning processes say to each other: plain data over a pipe."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from rbprm_core.budget import Progress
-from rbprm_core.plan import ContactPlan
+from rbprm_core.plan import ContactPlan, StateEntry
 from rbprm_core.request import PlanRequest
 from rbprm_ros.environment import Snapshot
 from rbprm_ros.failure import Failure
 
+if TYPE_CHECKING:
+    from rbprm_core.replanning import InvalidState
+
+
+@dataclass(frozen=True)
+class RobotChoice:
+    """A robot with the limbs that may make contact.
+
+    Attributes:
+        name: known name, or path of a robot file. limbs: names; empty for the robot's own choice.
+    """
+
+    name: str
+    limbs: tuple[str, ...] = ()
+
 
 @dataclass(frozen=True)
 class Preparation:
-    """Node to process: have the data of a robot at hand.
-
-    Attributes:
-        id: of this piece of work. robot: known name, or path of a robot file.
-    """
+    """Node to process: have the data of a robot at hand."""
 
     id: str
-    robot: str
+    robot: RobotChoice
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,15 +40,43 @@ class Job:
     """Node to process: plan.
 
     Attributes:
-        id: of this piece of work; becomes the id of the sequence. robot: as in `Preparation`.
+        id: of this piece of work.
         time_limit: seconds, from when the robot's data are there.
         snapshot: surfaces to plan on; None where the process holds them already.
+        kept: states of the plan that stay; the last is gone on from. Empty: from the beginning.
+        measured: whether `kept` is one state as measured, which may be a little off its contacts.
+        bounds_derived: whether the request left its bounds open.
     """
 
     id: str
-    robot: str
+    robot: RobotChoice
     request: PlanRequest
     time_limit: float
+    snapshot: Snapshot | None
+    kept: tuple[StateEntry, ...] = ()
+    measured: bool = False
+    bounds_derived: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Validation:
+    """Node to process: tell which states do not hold.
+
+    Attributes:
+        id: of this piece of work.
+        key: of the states; the process that got them before knows them by it.
+        states: of the sequence; None where the process holds them already.
+        threshold: least robustness, newtons. gravity: m/s^2. first: index of the first to look at.
+        snapshot: surfaces of today; None where the process holds them already.
+    """
+
+    id: str
+    robot: RobotChoice
+    key: str
+    states: tuple[StateEntry, ...] | None
+    threshold: float
+    gravity: tuple[float, float, float]
+    first: int
     snapshot: Snapshot | None
 
 
@@ -49,27 +89,38 @@ class Cancellation:
 
 @dataclass(frozen=True)
 class Done:
-    """Process to node: the work's result; None of a preparation."""
+    """Process to node: what the work gave; None of a preparation."""
 
     id: str
-    plan: ContactPlan | None
+    result: ContactPlan | tuple[InvalidState, ...] | None
 
 
 @dataclass(frozen=True)
 class Failed:
-    """Process to node: the work failed, the process goes on."""
+    """Process to node: the work failed, the process goes on.
+
+    Attributes:
+        partial: the states up to where it ended, as a plan; None where there are none.
+    """
 
     id: str
     failure: Failure
+    partial: ContactPlan | None = None
 
 
 @dataclass(frozen=True)
 class Reported:
-    """Process to node: where the work stands."""
+    """Process to node: where the work stands.
+
+    Attributes:
+        states: of the sequence so far, None where they are the same as last time.
+    """
 
     id: str
     progress: Progress
+    states: tuple[StateEntry, ...] | None = None
 
 
-Work = Preparation | Job
+Work = Preparation | Job | Validation
 Answer = Done | Failed | Reported
+Result = ContactPlan | tuple["InvalidState", ...] | None

@@ -27,12 +27,29 @@ from rclpy.parameter import Parameter
 from rbprm_core.errors import InvalidInput
 from rbprm_core.request import PlannerOptions
 from rbprm_core.robot import load_description
+from rbprm_core.scene import Classification
 from rbprm_ros.bounds import BoundsRule
 
 LEAST_STEP = 1e-9  # over a bound that is excluded: ROS ranges are closed
 MOST_FLOAT, MOST_INTEGER = 1e9, 2**31 - 1  # where an option has no upper bound of its own
-READ_ONLY = ("planning_frame",)  # the surfaces that are held are in it
+READ_ONLY = ("planning_frame", "autostart")  # the surfaces that are held are in the former
 TOP = "planner"  # the field of `Settings` whose options have no prefix: `sequence.step`
+
+
+@dataclass(frozen=True)
+class ReplanningOptions:
+    """What happens when surfaces change under a published sequence.
+
+    Attributes:
+        automatic: plan again what does not hold any more; otherwise it is only told on the status.
+        time_limit: longest time for one replan, over all states it is tried from, seconds.
+        most_restarts: times in a row that replanning begins anew because surfaces changed again;
+            the next one is finished on the surfaces it has, and looked at then.
+    """
+
+    automatic: bool = True
+    time_limit: Annotated[float, Field(gt=0, le=3600)] = 5.0
+    most_restarts: Annotated[int, Field(ge=0, le=1000)] = 3
 
 
 @dataclass(frozen=True)
@@ -45,8 +62,14 @@ class Settings:
         time_limit: longest planning time of requests that give none, seconds.
         robustness_threshold: least robustness b0 of states, newtons, of requests that give none.
         max_surfaces: most surfaces that are held.
+        max_obstacles: most obstacles that are held.
+        max_triangles: most triangles of all obstacles together, and of one mesh or message.
         max_vertices: most vertices of one polygon, holes included.
+        classification: how a normal decides what a surface is good for.
+        marker_friction: friction coefficient of the surfaces found in marker triangles.
+        autostart: come up active; otherwise the node waits to be configured and activated.
         bounds: how bounds of the root are derived.
+        replanning: when surfaces change.
         planner: options of the planner.
     """
 
@@ -55,8 +78,14 @@ class Settings:
     time_limit: Annotated[float, Field(gt=0, le=86400)] = 60.0
     robustness_threshold: Annotated[float, Field(ge=0)] = 0.0
     max_surfaces: Annotated[int, Field(ge=1)] = 10_000
+    max_obstacles: Annotated[int, Field(ge=0)] = 1_000
+    max_triangles: Annotated[int, Field(ge=0)] = 100_000
     max_vertices: Annotated[int, Field(ge=3)] = 1_000
+    classification: Classification = field(default_factory=Classification)
+    marker_friction: Annotated[float, Field(ge=0)] = 0.5
+    autostart: bool = True
     bounds: BoundsRule = field(default_factory=BoundsRule)
+    replanning: ReplanningOptions = field(default_factory=ReplanningOptions)
     planner: PlannerOptions = field(default_factory=PlannerOptions)
 
 

@@ -1,49 +1,62 @@
-"""The planner's node: names, quality of service, and callbacks that delegate."""
+"""The planner's node: lifecycle, names, and callbacks that delegate."""
 
 from __future__ import annotations
 
 import sys
 import threading
-import traceback
-from concurrent.futures import Future as WorkFuture
+import uuid
+from collections.abc import Awaitable, Callable
+from typing import Any
 
-from nav_msgs.msg import Path
-from rbprm_msgs.msg import ContactSequence, SurfaceArray
-from rbprm_msgs.srv import Plan
+from rbprm_msgs.action import PlanContacts
+from rbprm_msgs.msg import ExecutionState, SurfaceArray
+from rbprm_msgs.srv import GetEnvironment, ListRobots, Plan, Replan, SetEnvironment, Validate
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.exceptions import ParameterException
-from rclpy.node import Node
-from rclpy.task import Future
-from std_msgs.msg import Header
+from rclpy.executors import Executor
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from visualization_msgs.msg import MarkerArray
 
-from rbprm_core.errors import ErrorCode, InvalidInput, RbprmError
-from rbprm_core.plan import ContactPlan
+from rbprm_core.errors import InvalidInput
 from rbprm_ros.conversions import (
-    guide_message,
+    environment_message,
+    invalid_state_messages,
     job_of_message,
+    read_sequence,
+    replan_job_of_message,
     result_message,
-    sequence_message,
-    statistics_message,
+    robot_messages,
+    time_message,
+    update_of_markers,
     update_of_message,
+    update_of_setting,
 )
-from rbprm_ros.environment import Environment
-from rbprm_ros.failure import Failure, failure_of
-from rbprm_ros.jobs import Job
-from rbprm_ros.parameters import Parameters
+from rbprm_ros.environment import Environment, SurfaceUpdate
+from rbprm_ros.failure import NodeCode, NodeError
+from rbprm_ros.jobs import Job, RobotChoice
+from rbprm_ros.outbox import Outbox
+from rbprm_ros.parameters import Parameters, Settings
+from rbprm_ros.plan_action import PlanAction
+from rbprm_ros.planning import Planning
 from rbprm_ros.progress_log import ProgressLog
-from rbprm_ros.qos import CALLS, LATCHED
+from rbprm_ros.published import Published, Standing
+from rbprm_ros.qos import CALLS
 from rbprm_ros.spinning import Spinner, init
 from rbprm_ros.subscription import EveryPublisher
-from rbprm_ros.worker import PlanningWorker
 
+VIEW_PERIOD = 0.5  # seconds between two looks whether the markers have changed
+HEALTH_PERIOD = 1.0  # seconds between two diagnostics
 ANSWER_TIMEOUT = 0.5  # seconds that calls under way have for their answer when the node stops
+SUCCESS = TransitionCallbackReturn.SUCCESS
 
 
-class PlannerNode(Node):
-    """Takes surfaces in, plans on request, publishes the plan.
+class PlannerNode(LifecycleNode):
+    """Takes surfaces in, plans on request, publishes the plan and keeps it valid.
 
-    All callbacks run in one thread and none of them plans: a plan call awaits the planning process,
-    which serves the calls in the order they came.
+    All callbacks run in one thread and none of them plans: they await the planning processes, which
+    live from `configure` to `cleanup`. While the node is not active, calls get NOT_ACTIVE.
 
     Raises:
         InvalidInput, ParameterException: a parameter that cannot be used.
@@ -53,98 +66,251 @@ class PlannerNode(Node):
         super().__init__("rbprm_planner")
         self._declared = Parameters(self)
         self._environment = Environment()
+        self._planning: Planning | None = None
+        self._active = False
         self._calls = 0
-        robot = self._declared.settings.robot
-        self._worker = PlanningWorker(robot, ProgressLog(self.get_logger(), robot))
-        self._worker.prepare().add_done_callback(self._on_prepared)
-        self._sequence = self.create_publisher(ContactSequence, "~/contact_sequence", LATCHED)
-        self._guide = self.create_publisher(Path, "~/guide_path", LATCHED)
+        self._outbox = Outbox(self, self._settings)
+        self._action = PlanAction(self, self._required, self._job, self._outbox)
         EveryPublisher(self, SurfaceArray, "~/surfaces", self._on_surfaces)
-        self.create_service(
-            Plan,
-            "~/plan",
-            self._on_plan,
-            qos_profile=CALLS,
-            callback_group=ReentrantCallbackGroup(),  # a call waits while the next comes in
-        )
-        self.get_logger().info(f"up; frame {self._declared.settings.planning_frame}")
+        EveryPublisher(self, MarkerArray, "~/surface_markers", self._on_markers)
+        self.create_subscription(ExecutionState, "~/execution_state", self._on_execution, CALLS)
+        self._dirty = True  # something to see has changed
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(VIEW_PERIOD, self._on_view, clock=steady)
+        self.create_timer(HEALTH_PERIOD, self._on_health, clock=steady)
+        self._serve(Plan, "~/plan", self._on_plan)
+        self._serve(Replan, "~/replan", self._on_replan)
+        self._serve(Validate, "~/validate", self._on_validate)
+        self._serve(GetEnvironment, "~/get_environment", self._on_get_environment)
+        self._serve(SetEnvironment, "~/set_environment", self._on_set_environment)
+        self._serve(ListRobots, "~/list_robots", self._on_list_robots)
 
     @property
     def calls(self) -> int:
-        """Plan calls not answered yet."""
-        return self._calls
+        """Calls and goals not answered yet."""
+        return self._calls + self._action.goals
+
+    def start(self) -> None:
+        """Configure and activate, unless a manager is to do it."""
+        if self._settings().autostart:
+            self.trigger_configure()
+            self.trigger_activate()
+        frame = self._settings().planning_frame
+        self.get_logger().info(f"up; frame {frame}")
 
     def close(self) -> None:
         """Stop planning; calls under way get the code CANCELLED."""
-        self._worker.close()
+        self._active = False
+        if self._planning is not None:
+            self._planning.close()
 
-    def _on_prepared(self, work: WorkFuture[ContactPlan | None]) -> None:
-        error = work.exception()
-        if error is None:
-            self.get_logger().info("the planning process is ready")
-        else:
-            self.get_logger().error(f"the planning process is not ready: {error}")
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Start the planning processes."""
+        log = ProgressLog(self.get_logger(), self._settings().robot)
+        self._planning = Planning(
+            self._settings,
+            lambda: self.get_clock().now().nanoseconds,
+            self._environment,
+            self._spinning,
+            self._on_sequence,
+            self._tell_standing,
+            lambda reported: log(reported.progress),
+        )
+        self._planning.prepare(self.get_logger())
+        self._tell_standing()
+        return super().on_configure(state)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Serve calls."""
+        self._active = True
+        assert self._planning is not None
+        self._planning.resume()
+        return super().on_activate(state)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Stop all planning; the published sequence stays."""
+        self._active = False
+        if self._planning is not None:
+            self._planning.cancel_all()
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """End the processes and forget sequence and surfaces."""
+        self._end()
+        return super().on_cleanup(state)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """As cleanup, for good."""
+        self._end()
+        return super().on_shutdown(state)
+
+    def _end(self) -> None:
+        self._active = False
+        if self._planning is not None:
+            self._planning.close()
+            self._planning = None
+        self._environment.clear()
+        self._outbox.nothing()
+        self._outbox.status(Standing(), None, self._environment.snapshot)
+
+    def _settings(self) -> Settings:
+        return self._declared.settings
+
+    def _spinning(self) -> Executor:
+        assert self.executor is not None  # it runs the callback that asks
+        return self.executor
+
+    def _required(self) -> Planning:
+        """What plans, where the node is active."""
+        if not self._active or self._planning is None:
+            text = "the node is not active; `ros2 lifecycle set` configures and activates it"
+            raise NodeError(NodeCode.NOT_ACTIVE, text)
+        return self._planning
+
+    def _job(self, message: Plan.Request | PlanContacts.Goal) -> Job:
+        return job_of_message(message, self._settings(), self._environment)
+
+    def _on_view(self) -> None:
+        if self._dirty:
+            published = None if self._planning is None else self._planning.published
+            plan = None if published is None else published.plan
+            self._dirty = not self._outbox.markers(self._environment.snapshot, plan)
+
+    def _on_health(self) -> None:
+        planning, environment = self._planning, self._environment
+        if planning is not None:
+            self._outbox.health(planning, environment, self._calls)
+
+    def _on_sequence(self, published: Published) -> None:
+        self._outbox.sequence(published)
+        self._dirty = True
+
+    def _tell_standing(self) -> None:
+        if self._planning is not None:
+            planning = self._planning
+            self._outbox.status(planning.standing, planning.published, self._environment.snapshot)
+
+    def _serve(self, kind: Any, name: str, serve: Callable[[Any, Any], Awaitable[None]]) -> None:
+        """Offer a service whose answer has a `result`, into which whatever goes wrong is put."""
+
+        async def answer(message: Any, response: Any) -> Any:
+            self._calls += 1
+            try:
+                await serve(message, response)
+            except Exception as error:
+                response.result = self._outbox.refusal(error)
+            finally:
+                self._calls -= 1
+            return response
+
+        self.create_service(
+            kind,
+            name,
+            answer,
+            qos_profile=CALLS,
+            callback_group=ReentrantCallbackGroup(),  # a call waits while the next comes in
+        )
 
     def _on_surfaces(self, message: SurfaceArray) -> None:
+        self._take(lambda settings: update_of_message(message, settings), "surfaces")
+
+    def _on_markers(self, message: MarkerArray) -> None:
+        self._take(lambda settings: update_of_markers(message, settings), "surface markers")
+
+    def _take(self, read: Callable[[Settings], SurfaceUpdate], what: str) -> None:
+        """Take an update of the environment in; one with an error changes nothing."""
         refused = self._environment.rejection
-        settings = self._declared.settings
         try:
-            update = update_of_message(message, settings)
-            snapshot = self._environment.update(update, settings.max_surfaces)
+            self._update(read(self._settings()))
         except InvalidInput as error:
             self._environment.rejection = str(error)
             if str(error) != refused:  # once, not 30 times a second
-                self.get_logger().error(f"surfaces refused, the old ones stay: {error}")
-            return
-        self.get_logger().debug(f"surfaces {snapshot.version}: {len(snapshot.surfaces)}")
+                self.get_logger().error(f"{what} refused, the old ones stay: {error}")
 
-    async def _on_plan(self, message: Plan.Request, response: Plan.Response) -> Plan.Response:
-        self._calls += 1
-        try:
-            job = job_of_message(message, self._declared.settings, self._environment)
-            log = ProgressLog(self.get_logger(), f"plan {job.id[:8]}")
-            plan = await self._planned(self._worker.submit(job, log))
-            self._publish(job, plan, response)
-        except Exception as error:
-            response.result = result_message(self._failure(error))
-        finally:
-            self._calls -= 1
-        return response
+    def _update(self, update: SurfaceUpdate) -> None:
+        before = self._environment.version
+        self._environment.update(update, self._settings())
+        self._dirty = True
+        version = self._environment.version
+        self.get_logger().debug(f"surfaces {version}: {len(self._environment.snapshot.surfaces)}")
+        if version != before and self._active and self._planning is not None:
+            self._planning.surfaces_changed()
 
-    async def _planned(self, work: WorkFuture[ContactPlan | None]) -> ContactPlan:
-        """The outcome of work in the planning process; other callbacks run meanwhile."""
-        done, executor = Future(), self.executor
-        assert executor is not None  # it runs this callback
+    def _on_execution(self, message: ExecutionState) -> None:
+        if self._planning is not None:
+            self._planning.executed(message.sequence_id, message.state)
 
-        def wake(_: object) -> None:
-            done.set_result(None)
-            executor.wake()  # a coroutine goes on when its executor looks, not by itself
+    async def _on_plan(self, message: Plan.Request, response: Plan.Response) -> None:
+        planning, job = self._required(), self._job(message)
+        log = ProgressLog(self.get_logger(), f"plan {job.id[:8]}")
+        published = await planning.plan(job, lambda reported: log(reported.progress))
+        self._outbox.answer(published, response)
 
-        work.add_done_callback(wake)
-        await done
-        plan = work.result()
-        assert plan is not None  # only a preparation has no plan
-        return plan
+    async def _on_replan(self, message: Replan.Request, response: Replan.Response) -> None:
+        planning = self._required()
+        base = self._base(planning, message.sequence_id)
+        last = await planning.last_good(base) if message.from_state == -1 else 0
+        settings, environment = self._settings(), self._environment
+        job = replan_job_of_message(message, base, last, settings, environment)
+        if not job.measured and len(job.kept) <= planning.standing.executed:
+            at = planning.standing.executed
+            reason = f"the robot is in state {at} already; give that or a later one"
+            raise InvalidInput("from_state", message.from_state, reason)
+        self._outbox.answer(await planning.replan(job, base), response)
 
-    def _publish(self, job: Job, plan: ContactPlan, response: Plan.Response) -> None:
-        stamp = self.get_clock().now().to_msg()
-        header = Header(stamp=stamp, frame_id=self._declared.settings.planning_frame)
-        assert job.snapshot is not None
-        response.sequence = sequence_message(plan, header, job.id, job.snapshot.stamp)
-        response.guide = guide_message(plan, header)
-        response.statistics = statistics_message(plan)
+    def _base(self, planning: Planning, sequence_id: str) -> Published:
+        """The published sequence, if it is the one that is meant."""
+        base = planning.published
+        if base is None:
+            text = "no sequence is published; plan one first"
+        elif sequence_id not in ("", base.id):
+            text = f"the published sequence is {base.id}"
+        else:
+            return base
+        raise NodeError(NodeCode.UNKNOWN_SEQUENCE, text, "sequence_id", sequence_id)
+
+    async def _on_validate(self, message: Validate.Request, response: Validate.Response) -> None:
+        planning = self._required()
+        if message.sequence.states:
+            plan = read_sequence(message.sequence)
+            base = planning.published
+            own = base is not None and base.id == message.sequence.sequence_id
+            robot = base.job.robot if own and base else RobotChoice(plan.robot.name)
+            key = uuid.uuid4().hex
+        else:
+            base = self._base(planning, message.sequence.sequence_id)
+            plan, robot, key = base.plan, base.job.robot, base.key
+        snapshot = self._environment.snapshot
+        invalid = await planning.validate(robot, key, plan, message.from_state)
+        response.valid = not invalid
+        response.invalid_states = invalid_state_messages(invalid)
+        response.environment_version = snapshot.version
+        response.surfaces_stamp = time_message(snapshot.stamp)
         response.result = result_message()
-        self._guide.publish(response.guide)
-        self._sequence.publish(response.sequence)
-        took = response.statistics.time_total
-        self.get_logger().info(f"plan {job.id[:8]}: {len(plan.states)} states in {took:.2f} s")
 
-    def _failure(self, error: Exception) -> Failure:
-        failure = failure_of(error)
-        if not isinstance(error, RbprmError):
-            self.get_logger().error(traceback.format_exc())
-        self.get_logger().warning(f"no plan: {ErrorCode(failure.code).name}: {failure.text}")
-        return failure
+    async def _on_get_environment(
+        self, message: GetEnvironment.Request, response: GetEnvironment.Response
+    ) -> None:
+        snapshot = self._environment.snapshot
+        response.environment = environment_message(snapshot, self._outbox.header())
+        response.environment_version = snapshot.version
+        response.rejection = self._environment.rejection
+
+    async def _on_set_environment(
+        self, message: SetEnvironment.Request, response: SetEnvironment.Response
+    ) -> None:
+        self._update(update_of_setting(message, self._settings()))
+        snapshot = self._environment.snapshot
+        response.surfaces = len(snapshot.surfaces)
+        response.obstacles = len(snapshot.obstacles)
+        response.environment_version = snapshot.version
+        response.result = result_message()
+
+    async def _on_list_robots(
+        self, message: ListRobots.Request, response: ListRobots.Response
+    ) -> None:
+        response.default_robot = self._settings().robot
+        response.robots = robot_messages(response.default_robot)
 
 
 def run(stop: threading.Event) -> int:
@@ -156,6 +322,7 @@ def run(stop: threading.Event) -> int:
         print(f"planner_node: {error}", file=sys.stderr)
         return 2
     spinner = Spinner(node)
+    node.start()
     spinner.spin_until(stop.is_set)
     node.close()
     spinner.spin_until(lambda: node.calls == 0, ANSWER_TIMEOUT)

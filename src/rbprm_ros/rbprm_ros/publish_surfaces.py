@@ -1,6 +1,6 @@
 """`publish_surfaces SCENARIO`: a stand-in for perception.
 
-Reads a scenario's environment and publishes all its surfaces, obstacles too, as one latched
+Reads a scenario's environment and publishes all its surfaces and obstacles as one latched
 snapshot. Stays up until stopped, since a latched message lives as long as its publisher.
 """
 
@@ -19,6 +19,8 @@ from rbprm_core.scenario import load_scenario
 from rbprm_core.scene import Surface
 from rbprm_core.scene.polygon import LEAST_AREA
 from rbprm_ros.conversions import surfaces_message
+from rbprm_ros.conversions.meshes import LEAST_TRIANGLE, areas
+from rbprm_ros.environment import Obstacle
 from rbprm_ros.qos import LATCHED
 from rbprm_ros.spinning import Spinner, init
 
@@ -26,26 +28,30 @@ USAGE = "usage: publish_surfaces SCENARIO [--ros-args -p topic:=NAME -p frame_id
 
 
 class SurfacePublisher(Node):
-    """Publishes some surfaces once, latched."""
+    """Publishes some surfaces and obstacles once, latched."""
 
-    def __init__(self, surfaces: tuple[Surface, ...]) -> None:
+    def __init__(self, surfaces: tuple[Surface, ...], obstacles: tuple[Obstacle, ...] = ()) -> None:
         super().__init__("surface_publisher")
         topic = self.declare_parameter("topic", "/rbprm_planner/surfaces").value
         frame = self.declare_parameter("frame_id", "map").value
         publisher = self.create_publisher(SurfaceArray, topic, LATCHED)
         header = Header(stamp=self.get_clock().now().to_msg(), frame_id=frame)
-        publisher.publish(surfaces_message(surfaces, header))
-        self.get_logger().info(f"{len(surfaces)} surfaces on {publisher.topic_name}")
+        publisher.publish(surfaces_message(surfaces, header, obstacles))
+        self.get_logger().info(
+            f"{len(surfaces)} surfaces, {len(obstacles)} obstacles on {publisher.topic_name}"
+        )
 
 
-def scenario_surfaces(scenario: str) -> tuple[Surface, ...]:
-    """The surfaces of a scenario's environment, slivers that are no polygon left out.
+def scenario_environment(scenario: str) -> tuple[tuple[Surface, ...], tuple[Obstacle, ...]]:
+    """Surfaces and obstacles of a scenario's environment, slivers that are no polygon left out.
 
     Raises:
         InvalidInput: unknown scenario, or one that cannot be read.
     """
-    surfaces = load_scenario(scenario).scene().surfaces
-    return tuple(surface for surface in surfaces if surface.polygon.area > LEAST_AREA)
+    scene = load_scenario(scenario).scene()
+    surfaces = tuple(s for s in scene.surfaces if s.polygon.area > LEAST_AREA)
+    solid = scene.obstacles[areas(scene.obstacles) >= LEAST_TRIANGLE]
+    return surfaces, (Obstacle(scenario, solid),) if len(solid) else ()
 
 
 def run(stop: threading.Event, arguments: list[str]) -> int:
@@ -56,11 +62,11 @@ def run(stop: threading.Event, arguments: list[str]) -> int:
         print(USAGE, file=sys.stderr)
         return 2
     try:
-        surfaces = scenario_surfaces(names[0])
+        surfaces, obstacles = scenario_environment(names[0])
     except RbprmError as error:
         print(f"publish_surfaces: {error}", file=sys.stderr)
         return 2
-    spinner = Spinner(SurfacePublisher(surfaces))
+    spinner = Spinner(SurfacePublisher(surfaces, obstacles))
     spinner.spin_until(stop.is_set)
     spinner.close()
     return 0

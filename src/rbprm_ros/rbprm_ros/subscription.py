@@ -25,9 +25,18 @@ class EveryPublisher:
 
     Args:
         callback: given the message; must not raise.
+        raw: give it the message's bytes on the wire (CDR) instead.
     """
 
-    def __init__(self, node: Node, kind: type, topic: str, callback: Callable[[Any], None]) -> None:
+    def __init__(
+        self,
+        node: Node,
+        kind: type,
+        topic: str,
+        callback: Callable[[Any], None],
+        *,
+        raw: bool = False,
+    ) -> None:
         self._callback = callback
         self._seen: OrderedDict[tuple[int, int], None] = OrderedDict()
         group = MutuallyExclusiveCallbackGroup()  # in the order in which the messages came
@@ -38,6 +47,7 @@ class EveryPublisher:
                 self._take,  # type: ignore[arg-type]  # the stubs lack callbacks with information
                 qos,
                 callback_group=group,
+                raw=raw,
                 # A volatile publisher does not match the first reader, by intention: no warning.
                 event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
             )

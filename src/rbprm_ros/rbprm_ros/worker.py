@@ -1,4 +1,4 @@
-"""Planning in a process of its own: started, fed, cancelled, and started again when it dies.
+"""Work in a process of its own: started, fed, cancelled, and started again when it dies.
 
 The process is started by `subprocess`, not by `multiprocessing`: this one would run the node's main
 module, rclpy included, in the child a second time. One thread here talks to it and serves the
@@ -18,25 +18,38 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
 
-from rbprm_core.budget import Progress
-from rbprm_core.errors import Cancelled, RbprmError
-from rbprm_core.plan import ContactPlan
-from rbprm_ros.failure import PlanningFailed
-from rbprm_ros.jobs import Cancellation, Done, Failed, Job, Preparation, Reported, Work
+from rbprm_core.errors import Cancelled
+from rbprm_ros.failure import NodeCode, NodeError, PlanningFailed
+from rbprm_ros.jobs import (
+    Cancellation,
+    Done,
+    Failed,
+    Job,
+    Preparation,
+    Reported,
+    Result,
+    RobotChoice,
+    Validation,
+    Work,
+)
 
 COMMAND = (sys.executable, "-P", "-m", "rbprm_ros.worker_process")
 IDLE_PERIOD = 1.0  # seconds between looks whether an idle process is still there
 STOP_TIMEOUT = 0.5  # seconds for an end by itself, and again for one by SIGTERM
+SILENCE = 30.0
+"""Seconds without a word after which a busy process is taken for hung, and ended. It reports every
+20th of a second; the longest known pause is that of loading the robot's meshes."""
 
-Report = Callable[[Progress], None]
+Report = Callable[[Reported], None]
 
 
-class WorkerDied(RbprmError):
+class WorkerDied(NodeError):
     """The planning process ended in the middle of a piece of work."""
 
     def __init__(self, returncode: int) -> None:
         how = f"killed by signal {-returncode}" if returncode < 0 else f"exit code {returncode}"
-        super().__init__(f"the planning process died ({how}); a new one serves the next request")
+        text = f"the planning process died ({how}); a new one serves the next request"
+        super().__init__(NodeCode.WORKER_LOST, text)
 
 
 @dataclass(eq=False)
@@ -45,19 +58,22 @@ class _Task:
 
     work: Work
     report: Report
-    future: Future[ContactPlan | None] = field(default_factory=Future)
+    future: Future[Result] = field(default_factory=Future)
 
 
 class PlanningWorker:
     """A queue of work, and the process that does it.
 
     Args:
-        robot: whose data a process is to hold from its start: known name, or path of a robot file.
+        robot: whose data a process is to hold from its start.
+        role: what it is for, as its command line says.
         report: told the progress of preparations, from another thread.
     """
 
-    def __init__(self, robot: str, report: Report) -> None:
-        self._robot, self._report = robot, report
+    def __init__(self, robot: RobotChoice, report: Report, role: str = "planning") -> None:
+        self.restarts = 0
+        """Processes that were lost."""
+        self._robot, self._report, self._role = robot, report, role
         self._tasks: queue.SimpleQueue[_Task | None] = queue.SimpleQueue()
         self._process: _Process | None = None
         self._lock = threading.Lock()  # of the two below and of sending to the process
@@ -66,23 +82,34 @@ class PlanningWorker:
         self._thread = threading.Thread(target=self._serve, name="planning", daemon=True)
         self._thread.start()
 
-    def prepare(self) -> Future[ContactPlan | None]:
+    def prepare(self) -> Future[Result]:
         """Start the process and have the robot's data loaded or computed; the result is None."""
         return self._put(_Task(Preparation("preparation", self._robot), self._report))
 
-    def submit(self, job: Job, report: Report) -> Future[ContactPlan | None]:
-        """Plan, after the work that came before.
+    @property
+    def waiting(self) -> int:
+        """Pieces of work that wait or are under way."""
+        return self._tasks.qsize() + (self._running is not None)
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process is there."""
+        process = self._process
+        return process is not None and process.popen.poll() is None
+
+    def submit(self, work: Job | Validation, report: Report) -> Future[Result]:
+        """Do a piece of work, after those that came before.
 
         Args:
             report: told the progress, from another thread.
 
         Returns:
-            The plan to come. It raises `PlanningFailed` with what the process said, `WorkerDied`
-            if the process died, `Cancelled` if this worker was closed.
+            The plan to come, or the states that do not hold. It raises `PlanningFailed` with what
+            the process said, `WorkerDied` if it died, `Cancelled` if this worker was closed.
         """
-        return self._put(_Task(job, report))
+        return self._put(_Task(work, report))
 
-    def cancel(self, future: Future[ContactPlan | None]) -> None:
+    def cancel(self, future: Future[Result]) -> None:
         """Stop a job: one under way fails with the code CANCELLED, one that waits never starts."""
         if future.cancel():
             return
@@ -92,15 +119,18 @@ class PlanningWorker:
 
     def close(self) -> None:
         """End the process; all work not done ends as `Cancelled`."""
-        with self._lock:
-            self._closing = True
-            if self._process is not None:
-                self._process.popen.terminate()
+        self._closing = True
+        process = self._process  # without the lock, which is held while a process takes no data
+        if process is not None:
+            process.popen.terminate()
         self._tasks.put(None)
         self._thread.join()
 
-    def _put(self, task: _Task) -> Future[ContactPlan | None]:
-        self._tasks.put(task)
+    def _put(self, task: _Task) -> Future[Result]:
+        if self._closing:  # the thread may be gone, and nobody would answer
+            task.future.set_exception(Cancelled("waiting"))
+        else:
+            self._tasks.put(task)
         return task.future
 
     def _serve(self) -> None:
@@ -127,19 +157,22 @@ class PlanningWorker:
         except (EOFError, OSError):
             returncode = self._drop_process()
             closing = self._closing
+            self.restarts += not closing
             task.future.set_exception(Cancelled("planning") if closing else WorkerDied(returncode))
-            if isinstance(task.work, Job):  # one that dies while it prepares would go on dying
+            if not isinstance(
+                task.work, Preparation
+            ):  # one that dies while it prepares would go on dying
                 self.prepare()
         except Exception as error:
             task.future.set_exception(error)
         else:
             task.future.set_result(plan)
 
-    def _perform(self, task: _Task) -> ContactPlan | None:
+    def _perform(self, task: _Task) -> Result:
         """Send a task's work and wait for its answer.
 
         Raises:
-            PlanningFailed: the process says why. EOFError, OSError: it is gone.
+            PlanningFailed: the process says why. EOFError, OSError: it is gone, or hung.
         """
         try:
             process = self._sent(task)
@@ -148,15 +181,17 @@ class PlanningWorker:
             process = self._sent(task)
         try:
             while True:
+                if not process.pipe.poll(SILENCE):
+                    raise EOFError
                 answer = process.pipe.recv()
                 if answer.id != task.work.id:
                     continue
                 if isinstance(answer, Reported):
-                    task.report(answer.progress)
+                    task.report(answer)
                 elif isinstance(answer, Failed):
-                    raise PlanningFailed(answer.failure)
+                    raise PlanningFailed(answer.failure, answer.partial)
                 elif isinstance(answer, Done):
-                    return answer.plan
+                    return answer.result
         finally:
             with self._lock:
                 self._running = None
@@ -177,13 +212,14 @@ class PlanningWorker:
             if self._closing:
                 raise EOFError
             if self._process is None:
-                self._process = _Process()
+                self._process = _Process(self._role)
             return self._process
 
     def _revive(self) -> None:
         """Replace a process that died while idle, so that the next job finds it warm."""
         if self._process is not None and self._process.popen.poll() is not None:
             self._drop_process()
+            self.restarts += 1
             self.prepare()
 
     def _drop_process(self) -> int:
@@ -194,26 +230,30 @@ class PlanningWorker:
 
 
 class _Process:
-    """A running planning process, the pipe to it, and which surfaces it holds."""
+    """A running process, the pipe to it, and which surfaces and which sequence it holds."""
 
-    def __init__(self) -> None:
+    def __init__(self, role: str) -> None:
         ours, theirs = socket.socketpair()
         with theirs:
             self.popen = subprocess.Popen(
-                [*COMMAND, str(theirs.fileno())],
+                [*COMMAND, str(theirs.fileno()), role],
                 pass_fds=[theirs.fileno()],
                 process_group=0,  # a terminal's Ctrl-C reaches the node alone
             )
         self.pipe = Connection(ours.detach())
-        self._version = -1
+        self._version, self._key = -1, ""
 
     def send(self, message: Work | Cancellation) -> None:
-        """Send a message; surfaces that the process holds already are left out."""
-        if isinstance(message, Job) and message.snapshot is not None:
+        """Send a message; what the process holds already is left out."""
+        if isinstance(message, Job | Validation) and message.snapshot is not None:
             version = message.snapshot.version
             if version == self._version:
                 message = replace(message, snapshot=None)
             self._version = version
+        if isinstance(message, Validation):
+            if message.key == self._key:
+                message = replace(message, states=None)
+            self._key = message.key
         self.pipe.send(message)
 
     def end(self) -> int:

@@ -1,7 +1,7 @@
-"""The planning process: serves the jobs that come over a pipe, one after the other, without ROS.
+"""A planning process: serves the work that comes over a pipe, piece by piece, without ROS.
 
-Started by `PlanningWorker` as `python -m rbprm_ros.worker_process FILE_DESCRIPTOR`. The pipe is its
-life: it ends when the node closes it, or is gone.
+Started by `PlanningWorker` as `python -m rbprm_ros.worker_process FILE_DESCRIPTOR ROLE`. The pipe is
+its life: it ends when the node closes it, or is gone.
 """
 
 from __future__ import annotations
@@ -11,55 +11,100 @@ import signal
 import sys
 import time
 import traceback
+from collections.abc import Sequence
 from multiprocessing.connection import Connection
 
+import numpy as np
+
 from rbprm_core.budget import Budget, Progress
+from rbprm_core.contacts import State
 from rbprm_core.errors import Cancelled, InvalidInput, RbprmError
-from rbprm_core.plan import ContactPlan, EnvironmentEntry
+from rbprm_core.plan import ContactPlan, EnvironmentEntry, StateEntry
 from rbprm_core.planner import plan
-from rbprm_core.result import contact_plan
+from rbprm_core.replanning import (
+    InvalidState,
+    Reason,
+    Watch,
+    replan,
+    restored_state,
+    restored_states,
+)
+from rbprm_core.result import contact_plan, partial_plan, state_entry
 from rbprm_core.robot import Robot, load_description
 from rbprm_core.robot.data import RobotData, load_robot_data
 from rbprm_core.scene import Scene
+from rbprm_ros.environment import Snapshot
 from rbprm_ros.failure import failure_of
-from rbprm_ros.jobs import Cancellation, Done, Failed, Job, Preparation, Reported, Work
+from rbprm_ros.jobs import (
+    Cancellation,
+    Done,
+    Failed,
+    Job,
+    Preparation,
+    Reported,
+    Result,
+    RobotChoice,
+    Validation,
+    Work,
+)
 
 REPORT_PERIOD = 0.05  # seconds; the planner tells its progress much more often than anyone looks
 LISTEN_PERIOD = 0.01  # seconds between looks for a cancellation
 
 
 class Server:
-    """Holds what is kept from job to job: robots, and the scene of the newest surfaces."""
+    """Holds what is kept from one piece of work to the next: robots, the scene, the watch."""
 
     def __init__(self, pipe: Connection) -> None:
         self._pipe = pipe
-        self._robots: dict[str, RobotData] = {}
+        self._robots: dict[RobotChoice, RobotData] = {}
         self._scene: Scene | None = None
         self._environment = EnvironmentEntry()
+        self._watch: Watch | None = None
+        self._watched_key = ""
+        self._clear: tuple[Scene, int] | None = None
+        """A scene in which no watched state collides, from an index on."""
 
     def serve(self) -> None:
         """Serve until the pipe closes, which raises `EOFError` or `ConnectionError`."""
         while True:
             message = self._pipe.recv()
-            if isinstance(message, Preparation | Job):
+            if isinstance(message, Preparation | Job | Validation):
                 self._pipe.send(self._answer(message))
 
     def _answer(self, work: Work) -> Done | Failed:
         """Do a piece of work; whatever goes wrong is an answer too."""
         line = Line(self._pipe, work.id)
         try:
-            data = self._robot(work.robot, line)
-            return Done(work.id, self._plan(work, data, line) if isinstance(work, Job) else None)
+            return Done(work.id, self._result(work, line))
         except (EOFError, ConnectionError):  # the node is gone: nobody to answer
             raise
+        except PartlyDone as error:
+            return Failed(work.id, failure_of(error.cause), error.partial)
         except RbprmError as error:
             return Failed(work.id, failure_of(error))
-        except Exception as error:  # a bug of ours: told, and the next job may still do
+        except Exception as error:  # a bug of ours: told, and the next piece may still do
             traceback.print_exc()
             return Failed(work.id, failure_of(error))
 
-    def _robot(self, name: str, line: Line) -> RobotData:
-        if name not in self._robots:
+    def _result(self, work: Work, line: Line) -> Result:
+        if not isinstance(work, Preparation) and work.snapshot is not None:
+            self._take(work.snapshot)
+        data = self._robot(work.robot, line)
+        match work:
+            case Job():
+                return self._plan(work, data, line)
+            case Validation():
+                return self._invalid(work, data)
+        return None
+
+    def _take(self, snapshot: Snapshot) -> None:
+        empty = not snapshot.surfaces and not len(snapshot.obstacles)
+        self._scene = None if empty else snapshot.scene()
+        self._environment = snapshot.entry
+
+    def _robot(self, choice: RobotChoice, line: Line) -> RobotData:
+        if choice not in self._robots:
             started = time.monotonic()
 
             def report(fraction: float) -> None:
@@ -67,17 +112,88 @@ class Server:
                 if line.cancelled():
                     raise Cancelled("robot data")
 
-            self._robots[name] = load_robot_data(Robot.load(load_description(name)), report)
-        return self._robots[name]
+            description = load_description(choice.name).using(choice.limbs or None)
+            self._robots[choice] = load_robot_data(Robot.load(description), report)
+        return self._robots[choice]
 
     def _plan(self, job: Job, data: RobotData, line: Line) -> ContactPlan:
-        if job.snapshot is not None:
-            self._scene, self._environment = job.snapshot.scene(), job.snapshot.entry
         if self._scene is None:
             raise InvalidInput("surfaces", [], "the planning process was given none")
+        grown = GrownStates(line, data.robot)
         budget = Budget(job.time_limit, line.cancelled, line.report)
-        outcome = plan(job.request, data, self._scene, budget)
-        return contact_plan(outcome, job.request, data.robot, self._environment)
+        request, environment = job.request, self._environment
+        try:
+            if not job.kept:
+                outcome = plan(request, data, self._scene, budget, on_states=grown)
+                return contact_plan(outcome, request, data.robot, environment)
+            last = len(job.kept) - 1
+            kept: tuple[State, ...]
+            if job.measured:
+                kept = (restored_state(job.kept[-1], data.robot, self._scene, "measured_state"),)
+            else:
+                kept = restored_states(job.kept, data.robot, "sequence.states")
+            revision = replan(kept, last, request, data, self._scene, budget, on_states=grown)
+        except RbprmError as error:
+            partial = partial_plan(error, request, data.robot, environment)
+            if partial is not None:
+                partial = _joined(job, partial, len(job.kept))
+            raise PartlyDone(error, partial) from error
+        found = contact_plan(revision.outcome, request, data.robot, environment)
+        return _joined(job, found, 1)
+
+    def _invalid(self, work: Validation, data: RobotData) -> tuple[InvalidState, ...]:
+        if work.states is not None:
+            states = restored_states(work.states, data.robot, "sequence.states")
+            self._watch = Watch(data, states, work.threshold, np.array(work.gravity))
+            self._watched_key = work.key
+            self._clear = None
+        assert self._watch is not None
+        assert self._watched_key == work.key  # the node sees to it
+        if self._scene is None:
+            return _lost(self._watch.states, work.first)
+        before = None
+        if self._clear is not None and self._clear[1] <= work.first:
+            before = self._clear[0]
+        invalid = self._watch.invalid(self._scene, work.first, before)
+        if all(state.reason != Reason.COLLISION for state in invalid):
+            self._clear = self._scene, work.first
+        return invalid
+
+
+def _lost(states: Sequence[State], first: int) -> tuple[InvalidState, ...]:
+    """What there is to say of states where there is no surface at all."""
+    return tuple(
+        InvalidState(i, Reason.SURFACE_LOST, "", "", f"state {i}: there are no surfaces")
+        for i, state in enumerate(states)
+        if i >= first and state.contacts
+    )
+
+
+class PartlyDone(Exception):
+    """Planning failed after some states."""
+
+    def __init__(self, cause: RbprmError, partial: ContactPlan | None) -> None:
+        self.cause, self.partial = cause, partial
+
+
+class GrownStates:
+    """Told the states of a sequence as it grows; hands their entries on with the next report."""
+
+    def __init__(self, line: Line, robot: Robot) -> None:
+        self._line, self._robot = line, robot
+        self._entries: list[tuple[State, StateEntry]] = []
+
+    def __call__(self, states: Sequence[State]) -> None:
+        """Take the states so far."""
+        if self._line.due():
+            common = 0
+            for (known, _), state in zip(self._entries, states, strict=False):
+                if known is not state:
+                    break
+                common += 1
+            added = [(state, state_entry(self._robot, state)) for state in states[common:]]
+            self._entries[common:] = added
+            self._line.states = tuple(entry for _, entry in self._entries)
 
 
 class Line:
@@ -88,14 +204,20 @@ class Line:
         self._cancelled = False
         self._stage = ""
         self._next_report = self._next_look = 0.0
+        self.states: tuple[StateEntry, ...] | None = None
+        """Of the sequence so far, for the next report."""
+
+    def due(self) -> bool:
+        """Whether the next report will be sent."""
+        return time.monotonic() >= self._next_report
 
     def report(self, progress: Progress) -> None:
         """Tell the node, at most once in a period and a stage."""
-        now = time.monotonic()
-        if progress.stage == self._stage and now < self._next_report:
+        if progress.stage == self._stage and not self.due():
             return
-        self._stage, self._next_report = progress.stage, now + REPORT_PERIOD
-        self._pipe.send(Reported(self._id, progress))
+        self._stage, self._next_report = progress.stage, time.monotonic() + REPORT_PERIOD
+        self._pipe.send(Reported(self._id, progress, self.states))
+        self.states = None
 
     def cancelled(self) -> bool:
         """Whether the node has asked to stop."""
@@ -107,6 +229,19 @@ class Line:
                 if isinstance(message, Cancellation) and message.id == self._id:
                     self._cancelled = True
         return self._cancelled
+
+
+def _joined(job: Job, plan: ContactPlan, known: int) -> ContactPlan:
+    """A plan with what was kept in the place of its first states.
+
+    What was kept stays as it was, to the last digit; a measured state, as it was laid.
+
+    Args:
+        known: how many of the kept states the plan begins with.
+    """
+    if not job.kept or job.measured:
+        return plan
+    return plan.model_copy(update={"states": (*job.kept, *plan.states[known:])})
 
 
 def main() -> None:

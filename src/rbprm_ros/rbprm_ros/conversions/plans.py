@@ -7,10 +7,12 @@ import math
 from geometry_msgs.msg import Point, PoseStamped, Vector3
 from geometry_msgs.msg import Pose as PoseMessage
 from nav_msgs.msg import Path
+from pydantic import ValidationError
 from rbprm_msgs.msg import Contact, ContactSequence, ContactState, PlanStatistics
 from std_msgs.msg import Header
 
 from rbprm_core.check import transitions
+from rbprm_core.errors import InvalidInput
 from rbprm_core.plan import (
     ContactEntry,
     ContactPlan,
@@ -21,7 +23,9 @@ from rbprm_core.plan import (
     StateEntry,
     Statistics,
 )
+from rbprm_core.validation import finite_array, finite_number, one_of
 from rbprm_ros.conversions.geometry import (
+    placement_of_message,
     pose_message,
     pose_of_message,
     time_message,
@@ -34,20 +38,29 @@ TYPE_NAMES = {number: name for name, number in TYPES.items()}
 
 
 def sequence_message(
-    plan: ContactPlan, header: Header, sequence_id: str, surfaces_stamp: int
+    plan: ContactPlan,
+    header: Header,
+    sequence_id: str,
+    surfaces_stamp: int,
+    *,
+    revision: int = 0,
+    first_changed: int = 0,
+    complete: bool = True,
 ) -> ContactSequence:
-    """A plan as its first revision.
+    """A plan as a revision of a sequence, by default its first.
 
     Args:
         header: of the sequence. sequence_id: unique.
         surfaces_stamp: of the newest surfaces that it was made on, nanoseconds.
+        first_changed: index of the first state that differs from the revision before.
+        complete: whether the last state is at the goal.
     """
     request = plan.request
     return ContactSequence(
         header=header,
         sequence_id=sequence_id,
-        revision=0,
-        first_changed_state=0,
+        revision=revision,
+        first_changed_state=first_changed,
         robot=plan.robot.name,
         urdf=plan.robot.urdf,
         srdf=plan.robot.srdf or "",
@@ -58,6 +71,7 @@ def sequence_message(
         seed=request.seed,
         robustness_threshold=request.robustness_threshold,
         gravity=vector_message(Vector3, request.gravity),
+        complete=complete,
         states=[_state_message(i, state) for i, state in enumerate(plan.states)],
     )
 
@@ -118,6 +132,49 @@ def plan_of_messages(
         states=tuple(_state_entry(state) for state in sequence.states),
         statistics=Statistics() if statistics is None else _statistics(statistics),
     )
+
+
+def read_sequence(message: ContactSequence) -> ContactPlan:
+    """A sequence that anybody may have sent, as a plan without environment and guide.
+
+    Raises:
+        InvalidInput: names the field at fault.
+    """
+    states = tuple(
+        read_state(state, f"sequence.states.{i}") for i, state in enumerate(message.states)
+    )
+    for field in ("start", "goal"):
+        placement_of_message(getattr(message, field), f"sequence.{field}")
+    finite_number("sequence.robustness_threshold", message.robustness_threshold, low=0.0)
+    finite_array("sequence.gravity", triple(message.gravity), (3,))
+    bare = ContactSequence(
+        robot=message.robot, urdf=message.urdf, srdf=message.srdf, joint_names=message.joint_names,
+        start=message.start, goal=message.goal, seed=message.seed, gravity=message.gravity,
+        robustness_threshold=message.robustness_threshold,
+    )  # fmt: skip
+    plan = plan_of_messages(bare, Path(), EnvironmentEntry())
+    return plan.model_copy(update={"states": states})
+
+
+def read_state(message: ContactState, field: str) -> StateEntry:
+    """A state that anybody may have sent.
+
+    Raises:
+        InvalidInput: names the field at fault.
+    """
+    placement_of_message(message.root, f"{field}.root")
+    finite_array(f"{field}.joint_positions", message.joint_positions, (-1,))
+    for k, contact in enumerate(message.contacts):
+        place = f"{field}.contacts.{k}"
+        one_of(f"{place}.type", contact.type, tuple(TYPE_NAMES))
+        placement_of_message(contact.pose, f"{place}.pose")
+        finite_number(f"{place}.friction", contact.friction, low=0.0)
+    try:
+        return _state_entry(message)
+    except ValidationError as error:
+        first = error.errors()[0]
+        name = ".".join(str(part) for part in (field, *first["loc"]))
+        raise InvalidInput(name, first["input"], first["msg"]) from error
 
 
 def _statistics(message: PlanStatistics) -> Statistics:

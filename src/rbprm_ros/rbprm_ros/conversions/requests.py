@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from geometry_msgs.msg import Point, PoseStamped
+from rbprm_msgs.action import PlanContacts
 from rbprm_msgs.msg import RootBounds as BoundsMessage
-from rbprm_msgs.srv import Plan
+from rbprm_msgs.srv import Plan, Replan
 from std_msgs.msg import Header
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.guide.space import RootBounds
 from rbprm_core.placement import Placement
+from rbprm_core.plan import StateEntry
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot import known_robots, load_description
 from rbprm_core.validation import finite_array, finite_number, one_of
@@ -25,15 +28,19 @@ from rbprm_ros.conversions.geometry import (
     triple,
     vector_message,
 )
+from rbprm_ros.conversions.plans import read_state
 from rbprm_ros.environment import Environment, Snapshot
-from rbprm_ros.jobs import Job
+from rbprm_ros.jobs import Job, RobotChoice
 from rbprm_ros.parameters import Settings
+from rbprm_ros.published import Published
 
 UNSET_BOUNDS = BoundsMessage()
 
 
-def job_of_message(message: Plan.Request, settings: Settings, environment: Environment) -> Job:
-    """The work that a request asks for, on the surfaces as they are now.
+def job_of_message(
+    message: Plan.Request | PlanContacts.Goal, settings: Settings, environment: Environment
+) -> Job:
+    """The work that a call or a goal asks for, on the surfaces as they are now.
 
     Raises:
         InvalidInput: names the field at fault; `surfaces` if there are none.
@@ -41,7 +48,8 @@ def job_of_message(message: Plan.Request, settings: Settings, environment: Envir
     start = _placement(message.start, settings, "start")
     goal = _placement(message.goal, settings, "goal")
     robot = one_of("robot", message.robot or settings.robot, (*known_robots(), settings.robot))
-    limbs = tuple(limb.name for limb in load_description(robot).using().limbs)
+    chosen = tuple(message.limbs)
+    limbs = tuple(limb.name for limb in load_description(robot).using(chosen or None).limbs)
     time_limit = finite_number("time_limit", message.time_limit, low=0.0)
     threshold = finite_number("robustness_threshold", message.robustness_threshold, low=0.0)
     bounds = None if message.bounds == UNSET_BOUNDS else _bounds(message.bounds)
@@ -54,10 +62,73 @@ def job_of_message(message: Plan.Request, settings: Settings, environment: Envir
         required=_limbs("required_limbs", message.required_limbs, limbs),
         start_limbs=_limbs("start_limbs", message.start_limbs, limbs),
         robustness_threshold=threshold or settings.robustness_threshold,
+        goal_limbs=_goal_limbs(message.goal_limbs, limbs),
         seed=message.seed,
         options=settings.planner,
     )
-    return Job(uuid.uuid4().hex, robot, request, time_limit or settings.time_limit, snapshot)
+    return Job(
+        uuid.uuid4().hex, RobotChoice(robot, chosen), request, time_limit or settings.time_limit,
+        snapshot, bounds_derived=bounds is None,
+    )  # fmt: skip
+
+
+def replan_job_of_message(
+    message: Replan.Request,
+    base: Published,
+    default_from: int,
+    settings: Settings,
+    environment: Environment,
+) -> Job:
+    """The work that a replan call asks for.
+
+    Args:
+        base: the published sequence. default_from: index of the state to go on from where the call
+            leaves that to the node.
+
+    Raises:
+        InvalidInput: names the field at fault; `surfaces` if there are none.
+    """
+    snapshot = environment.snapshot
+    _require_surfaces(snapshot, environment.rejection)
+    time_limit = finite_number("time_limit", message.time_limit, low=0.0)
+    limbs = tuple(
+        limb.name
+        for limb in load_description(base.job.robot.name).using(base.job.robot.limbs or None).limbs
+    )
+    kept, measured = _kept(message, base, default_from)
+    request = base.job.request
+    goal = _placement(message.goal[0], settings, "goal.0") if message.goal else request.goal
+    bounds = request.bounds
+    if base.job.bounds_derived:
+        bounds = derived_bounds(request.start, goal, snapshot.surfaces, settings.bounds)
+    if message.goal or message.goal_limbs:
+        request = replace(request, goal_limbs=_goal_limbs(message.goal_limbs, limbs))
+    request = replace(
+        request, goal=goal, bounds=bounds, seed=message.seed, options=settings.planner
+    )
+    return Job(
+        uuid.uuid4().hex, base.job.robot, request, time_limit or settings.time_limit, snapshot,
+        kept, measured, base.job.bounds_derived,
+    )  # fmt: skip
+
+
+def _kept(
+    message: Replan.Request, base: Published, default_from: int
+) -> tuple[tuple[StateEntry, ...], bool]:
+    """The states that stay, and whether it is one that was measured."""
+    states = base.plan.states
+    if message.measured_state:
+        state = read_state(message.measured_state[0], "measured_state.0")
+        if len(state.joints) != len(base.plan.robot.joint_names):
+            reason = f"must have {len(base.plan.robot.joint_names)} values, as joint_names has"
+            field = "measured_state.0.joint_positions"
+            raise InvalidInput(field, list(state.joints), reason)
+        return (state,), True
+    index = default_from if message.from_state == -1 else message.from_state
+    if not 0 <= index < len(states):
+        reason = f"must be -1 or an index of the sequence, which has {len(states)} states"
+        raise InvalidInput("from_state", index, reason)
+    return states[: index + 1], False
 
 
 def request_message(
@@ -82,6 +153,7 @@ def request_message(
             pitch=pitch,
             roll=roll,
         ),
+        goal_limbs=list(request.goal_limbs or ()),
         required_limbs=list(request.required),
         start_limbs=list(request.start_limbs),
         seed=request.seed,
@@ -117,6 +189,11 @@ def _limbs(field: str, names: Sequence[str], known: tuple[str, ...]) -> tuple[st
     for i, name in enumerate(names):
         one_of(f"{field}.{i}", name, known)
     return tuple(names) or known
+
+
+def _goal_limbs(names: Sequence[str], known: tuple[str, ...]) -> tuple[str, ...] | None:
+    """Names of limbs, any where none are given."""
+    return _limbs("goal_limbs", names, known) if names else None
 
 
 def _require_surfaces(snapshot: Snapshot, rejection: str) -> None:

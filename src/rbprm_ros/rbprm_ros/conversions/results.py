@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from rbprm_msgs.msg import PlanningResult
 
-from rbprm_core.errors import ErrorCode
-from rbprm_ros.failure import Failure
-
-SUCCEEDED = Failure(ErrorCode.SUCCESS, "", fraction=1.0)
+from rbprm_ros.failure import SUCCEEDED, Failure
 
 
 def result_message(failure: Failure = SUCCEEDED) -> PlanningResult:

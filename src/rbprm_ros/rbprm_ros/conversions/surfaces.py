@@ -1,11 +1,11 @@
-"""Surfaces as they come and as perception sends them."""
+"""Surfaces and obstacles as they come and as perception sends them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-import numpy as np
 from geometry_msgs.msg import Point
+from rbprm_msgs.msg import Obstacle as ObstacleMessage
 from rbprm_msgs.msg import PolygonRing, SurfaceArray
 from rbprm_msgs.msg import Surface as SurfaceMessage
 from std_msgs.msg import Header
@@ -20,7 +20,8 @@ from rbprm_ros.conversions.geometry import (
     triple,
     vector_message,
 )
-from rbprm_ros.environment import SurfaceUpdate
+from rbprm_ros.conversions.meshes import mesh_message, require_triangles, triangles_of_mesh
+from rbprm_ros.environment import Obstacle, Snapshot, SurfaceUpdate
 from rbprm_ros.parameters import Settings
 
 
@@ -44,12 +45,41 @@ def update_of_message(message: SurfaceArray, settings: Settings) -> SurfaceUpdat
         is_diff=message.is_diff,
         removed=tuple(message.removed_ids),
         stamp=nanoseconds_of(message.header.stamp),
+        obstacles=_obstacles(message.obstacles, settings),
+        classification=settings.classification,
     )
 
 
-def surfaces_message(surfaces: Iterable[Surface], header: Header) -> SurfaceArray:
-    """A snapshot of surfaces."""
-    return SurfaceArray(header=header, surfaces=[_message(surface) for surface in surfaces])
+def surfaces_message(
+    surfaces: Iterable[Surface], header: Header, obstacles: Iterable[Obstacle] = ()
+) -> SurfaceArray:
+    """A snapshot of surfaces and obstacles."""
+    return SurfaceArray(
+        header=header,
+        surfaces=[_message(surface) for surface in surfaces],
+        obstacles=[_obstacle_message(obstacle) for obstacle in obstacles],
+    )
+
+
+def environment_message(snapshot: Snapshot, header: Header) -> SurfaceArray:
+    """A snapshot as it could be published: polygons as they were received, obstacles."""
+    return SurfaceArray(
+        header=header,
+        surfaces=[_entry_message(entry) for entry in snapshot.entry.surfaces],
+        obstacles=[_obstacle_message(obstacle) for obstacle in snapshot.obstacles],
+    )
+
+
+def _obstacles(messages: Sequence[ObstacleMessage], settings: Settings) -> tuple[Obstacle, ...]:
+    if len(messages) > settings.max_obstacles:
+        reason = f"are too many; the parameter max_obstacles is {settings.max_obstacles}"
+        raise InvalidInput("obstacles", f"{len(messages)} obstacles", reason)
+    count = sum(len(message.mesh.triangles) for message in messages)
+    require_triangles("obstacles", count, settings)
+    return tuple(
+        Obstacle(message.id, triangles_of_mesh(message.mesh, f"obstacles.{i}.mesh"))
+        for i, message in enumerate(messages)
+    )
 
 
 def _entry(message: SurfaceMessage) -> SurfaceEntry:
@@ -60,6 +90,19 @@ def _entry(message: SurfaceMessage) -> SurfaceEntry:
         holes=tuple(_ring(hole.vertices) for hole in message.holes),
         friction=message.friction,
     )
+
+
+def _entry_message(entry: SurfaceEntry) -> SurfaceMessage:
+    return SurfaceMessage(
+        id=entry.id,
+        vertices=_points(entry.vertices),
+        holes=[PolygonRing(vertices=_points(hole)) for hole in entry.holes],
+        friction=entry.friction,
+    )
+
+
+def _obstacle_message(obstacle: Obstacle) -> ObstacleMessage:
+    return ObstacleMessage(id=obstacle.id, mesh=mesh_message(obstacle.triangles))
 
 
 def _ring(points: Sequence[Point]) -> tuple[Triple, ...]:
@@ -76,5 +119,5 @@ def _message(surface: Surface) -> SurfaceMessage:
     )
 
 
-def _points(ring: np.ndarray) -> list[Point]:
+def _points(ring: Iterable[Iterable[float]]) -> list[Point]:
     return [vector_message(Point, vertex) for vertex in ring]

@@ -1,0 +1,60 @@
+"""Read a bag of the planner in plain Python: a table of its contact sequences, or all as JSON.
+
+Needs `rosbags` (pip install rosbags), neither ROS nor rbprm: the bag holds the definitions of its
+messages.
+
+    python examples/read_bag.py FOLDER [--json]
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rosbags.highlevel import AnyReader
+
+
+def messages(bag: Path) -> Iterator[tuple[str, int, Any]]:
+    """Topic, time of the recording in nanoseconds, and message."""
+    with AnyReader([bag]) as reader:
+        for connection, stamp, data in reader.messages():
+            yield connection.topic, stamp, reader.deserialize(data, connection.msgtype)
+
+
+def plain(value: Any) -> Any:
+    """A message as dictionaries, lists and numbers."""
+    if dataclasses.is_dataclass(value):
+        # Those with a default are constants of the type, and its name.
+        fields = [f.name for f in dataclasses.fields(value) if f.default is dataclasses.MISSING]
+        return {name: plain(getattr(value, name)) for name in fields}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, list):
+        return [plain(item) for item in value]
+    return value
+
+
+def main() -> None:
+    """Print what is in a bag."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("bag", type=Path, help="folder of the bag")
+    parser.add_argument("--json", action="store_true", help="every message, one a line")
+    arguments = parser.parse_args()
+    for topic, stamp, message in messages(arguments.bag):
+        if arguments.json:
+            print(json.dumps({"topic": topic, "stamp": stamp, "message": plain(message)}))
+        elif topic.endswith("/contact_sequence"):
+            print(f"{message.sequence_id} revision {message.revision}, {message.robot}:")
+            for state in message.states:
+                root, limbs = state.root.position, [contact.limb for contact in state.contacts]
+                place = f"({root.x:6.2f} {root.y:6.2f} {root.z:6.2f}) m"
+                print(f"  {state.index:4d}  {place}  {state.robustness:7.1f} N  {' '.join(limbs)}")
+
+
+if __name__ == "__main__":
+    main()
