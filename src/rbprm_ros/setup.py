@@ -1,5 +1,7 @@
 """ament_python package of the planner's node."""
 
+from glob import glob
+
 from setuptools import find_packages, setup
 
 NAME = "rbprm_ros"
@@ -16,6 +18,8 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
+        (f"share/{NAME}/config", sorted(glob("config/*.yaml"))),
+        (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
     ],
     install_requires=["setuptools"],
     extras_require={"test": ["pytest"]},

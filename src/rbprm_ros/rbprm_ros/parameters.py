@@ -108,7 +108,7 @@ class Parameters:
     """
 
     def __init__(self, node: Node) -> None:
-        self._options = {option.name: option for option in _options(Settings)}
+        self._options = {option.name: option for option in parameter_options()}
         self._values: dict[str, Any] = {}
         for name, option in self._options.items():
             self._values[name] = node.declare_parameter(
@@ -143,6 +143,11 @@ class Parameters:
                 inner = inner.setdefault(parent, {})
             inner[last] = value
         return parse_settings(nested)
+
+
+def parameter_options() -> tuple[Option, ...]:
+    """All parameters, in the order of `Settings`."""
+    return tuple(_options(Settings))
 
 
 def parse_settings(nested: dict[str, Any]) -> Settings:
