@@ -23,8 +23,8 @@ def text_of(robot: str) -> str:
     """The file of a robot."""
     own = {"robot": robot, "robustness_threshold": ROBOTS[robot]}
     lines = [
-        f"# Parameters of the planner's node for {robot}; all are optional, and stand here as they are",
-        "# without this file but for `robot` and `robustness_threshold`.",
+        f"# Parameters of the planner's node for {robot}. All are optional; but for `robot` and",
+        "# `robustness_threshold` they stand here as they are without this file.",
         "#",
         f"#     ros2 run rbprm_ros planner_node --ros-args --params-file {robot}.yaml",
         "",

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 from ament_index_python import get_package_share_directory
 from rcl_interfaces.srv import GetParameters
-
 from tests.ros.conftest import NODE, Site
 
 SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "write_parameters.py"

@@ -1,6 +1,6 @@
 """A planning process: serves the work that comes over a pipe, piece by piece, without ROS.
 
-Started by `PlanningWorker` as `python -m rbprm_ros.worker_process FILE_DESCRIPTOR ROLE`. The pipe is
+Started by `PlanningWorker` as `python -m rbprm_ros.worker_process DESCRIPTOR ROLE`. The pipe is
 its life: it ends when the node closes it, or is gone.
 """
 
