@@ -239,9 +239,6 @@ def refuse_planning(
     ("changes", "code"),
     [
         ({"robot": "unicorn"}, BAD),
-        ({"height": 2.5}, START),
-        ({"goal": 3.0}, GOAL),
-        ({"goal": 5.0}, NO_GUIDE),
         (UNHELD, NO_SEQUENCE),
     ],
 )
