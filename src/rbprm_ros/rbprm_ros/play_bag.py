@@ -5,17 +5,15 @@ Stays up until stopped, since a latched message lives as long as its publisher.
 
 from __future__ import annotations
 
-import sys
 import threading
 import time
 from pathlib import Path
 
 from rclpy.node import Node
-from rclpy.utilities import remove_ros_args
 
 from rbprm_core.errors import InvalidInput
 from rbprm_ros.bags import TOPICS, BagMessage, read_bag
-from rbprm_ros.spinning import Spinner, init
+from rbprm_ros.spinning import Spinner, node_of_argument
 
 USAGE = (
     "usage: play_bag FOLDER [--ros-args -p rate:=FACTOR -p planner:=NODE -p topics:=[NAME, ...]]\n"
@@ -64,15 +62,8 @@ class BagPlayer(Node):
 
 def run(stop: threading.Event, arguments: list[str]) -> int:
     """Play, and stay until the event is set; returns the exit code, 2 for a wrong argument."""
-    init()
-    names = remove_ros_args(arguments)[1:]
-    if len(names) != 1:
-        print(USAGE, file=sys.stderr)
-        return 2
-    try:
-        player = BagPlayer(Path(names[0]))
-    except InvalidInput as error:
-        print(f"play_bag: {error}", file=sys.stderr)
+    player = node_of_argument(arguments, USAGE, lambda name: BagPlayer(Path(name)))
+    if player is None:
         return 2
     spinner = Spinner(player)
     player.play(spinner, stop)

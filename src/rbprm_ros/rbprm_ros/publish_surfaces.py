@@ -6,15 +6,12 @@ snapshot. Stays up until stopped, since a latched message lives as long as its p
 
 from __future__ import annotations
 
-import sys
 import threading
 
 from rbprm_msgs.msg import SurfaceArray
 from rclpy.node import Node
-from rclpy.utilities import remove_ros_args
 from std_msgs.msg import Header
 
-from rbprm_core.errors import RbprmError
 from rbprm_core.scenario import load_scenario
 from rbprm_core.scene import Surface
 from rbprm_core.scene.polygon import LEAST_AREA
@@ -22,7 +19,7 @@ from rbprm_ros.conversions import surfaces_message
 from rbprm_ros.conversions.meshes import LEAST_TRIANGLE, areas
 from rbprm_ros.environment import Obstacle
 from rbprm_ros.qos import LATCHED
-from rbprm_ros.spinning import Spinner, init
+from rbprm_ros.spinning import Spinner, node_of_argument
 
 USAGE = "usage: publish_surfaces SCENARIO [--ros-args -p topic:=NAME -p frame_id:=FRAME]"
 
@@ -56,17 +53,12 @@ def scenario_environment(scenario: str) -> tuple[tuple[Surface, ...], tuple[Obst
 
 def run(stop: threading.Event, arguments: list[str]) -> int:
     """Publish until the event is set; returns the exit code, 2 where the scenario is no good."""
-    init()
-    names = remove_ros_args(arguments)[1:]
-    if len(names) != 1:
-        print(USAGE, file=sys.stderr)
+    publisher = node_of_argument(
+        arguments, USAGE, lambda name: SurfacePublisher(*scenario_environment(name))
+    )
+    if publisher is None:
         return 2
-    try:
-        surfaces, obstacles = scenario_environment(names[0])
-    except RbprmError as error:
-        print(f"publish_surfaces: {error}", file=sys.stderr)
-        return 2
-    spinner = Spinner(SurfacePublisher(surfaces, obstacles))
+    spinner = Spinner(publisher)
     spinner.spin_until(stop.is_set)
     spinner.close()
     return 0

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 import threading
 from functools import partial
 from pathlib import Path
 
 from rclpy.node import Node
-from rclpy.utilities import remove_ros_args
 
-from rbprm_core.errors import InvalidInput
 from rbprm_ros.bags import TOPICS, BagMessage, BagWriter
-from rbprm_ros.spinning import Spinner, init
+from rbprm_ros.spinning import Spinner, node_of_argument
 from rbprm_ros.subscription import EveryPublisher
 
 USAGE = "usage: record_bag FOLDER [--ros-args -p storage:=mcap|sqlite3 -p planner:=NODE]"
@@ -51,15 +48,8 @@ class BagRecorder(Node):
 
 def run(stop: threading.Event, arguments: list[str]) -> int:
     """Record until the event is set; returns the exit code, 2 where an argument is no good."""
-    init()
-    names = remove_ros_args(arguments)[1:]
-    if len(names) != 1:
-        print(USAGE, file=sys.stderr)
-        return 2
-    try:
-        recorder = BagRecorder(Path(names[0]))
-    except InvalidInput as error:
-        print(f"record_bag: {error}", file=sys.stderr)
+    recorder = node_of_argument(arguments, USAGE, lambda name: BagRecorder(Path(name)))
+    if recorder is None:
         return 2
     spinner = Spinner(recorder)
     spinner.spin_until(stop.is_set)
