@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rbprm_msgs.msg import SurfaceArray
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from std_msgs.msg import Header
 
@@ -22,7 +23,13 @@ class Perception:
 
     def __init__(self, node: Node, scenario: Scenario, planner: str, frame: str) -> None:
         self._node, self._scenario, self._frame = node, scenario, frame
-        self._publisher = node.create_publisher(SurfaceArray, f"{planner}/surfaces", STREAM)
+        self._publisher = node.create_publisher(
+            SurfaceArray,
+            f"{planner}/surfaces",
+            STREAM,
+            # The planner's second reader wants latched messages, by intention: no warning.
+            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
+        )
 
     def heard(self) -> bool:
         """Whether anybody listens."""
