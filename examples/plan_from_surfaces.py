@@ -43,7 +43,7 @@ def main() -> None:
             high=np.array([3.5, 0.5, 1.0]),
             half_ranges=np.array([0.4, 0.2, 0.2]),
         ),
-        required=limbs,
+        required_limbs=limbs,
         start_limbs=limbs,
         robustness_threshold=10.0,
     )

@@ -67,7 +67,7 @@ def walk_to(x: float, **changes: Any) -> PlanRequest:
         start=Placement.parse((0, 0, 0.6)),
         goal=Placement.parse((x, 0, 0.6)),
         bounds=bounds,
-        required=LEGS,
+        required_limbs=LEGS,
         start_limbs=LEGS,
         robustness_threshold=5.0,
     )
@@ -146,7 +146,7 @@ def test_a_users_own_robot_walks(toy_data: RobotData, flat_scene: Scene) -> None
         1.0,
         start=Placement.parse((0, 0, height)),
         goal=Placement.parse((1.0, 0.2, height), turned),
-        required=limbs,
+        required_limbs=limbs,
         start_limbs=limbs,
         robustness_threshold=2.0,
     )
@@ -311,7 +311,10 @@ def test_no_sequence_where_only_the_left_feet_find_ground(hyq_data: RobotData) -
     scene = Scene([island("a", -2, 1.5), island("b", 3.5, 6), bridge])
     low, high = np.array([-1.0, -0.1, 0.3]), np.array([5.0, 0.1, 1])
     request = walk_to(
-        4.5, options=FEW, required=(LEGS[0], LEGS[2]), bounds=RootBounds(low, high, np.ones(3))
+        4.5,
+        options=FEW,
+        required_limbs=(LEGS[0], LEGS[2]),
+        bounds=RootBounds(low, high, np.ones(3)),
     )
     with pytest.raises(NoSequenceFound) as caught:
         plan(request, hyq_data, scene, Budget(60.0))
@@ -332,7 +335,7 @@ def test_one_time_limit_holds_for_all_guides(hyq_data: RobotData) -> None:
     request = walk_to(
         4.5,
         options=replace(FEW, guide=ENDLESS, guides=10**6),
-        required=(LEGS[0], LEGS[2]),
+        required_limbs=(LEGS[0], LEGS[2]),
         bounds=RootBounds(low, high, np.ones(3)),
     )
     budget = Budget(3.0)
@@ -345,7 +348,7 @@ def test_one_time_limit_holds_for_all_guides(hyq_data: RobotData) -> None:
 
 def test_a_goal_on_two_legs_is_not_reachable(hyq_data: RobotData) -> None:
     scene = Scene([island("ground", -2, 1)])
-    request = walk_to(1.2, options=FEW, required=LEGS[2:])
+    request = walk_to(1.2, options=FEW, required_limbs=LEGS[2:])
     with pytest.raises(GoalUnreachable, match="finds no contact") as caught:
         plan(replace(request, goal_limbs=LEGS), hyq_data, scene, Budget(60.0))
     assert caught.value.limb == "lf_leg"
@@ -354,13 +357,13 @@ def test_a_goal_on_two_legs_is_not_reachable(hyq_data: RobotData) -> None:
 
 
 def test_no_limb_is_required(hyq_data: RobotData, flat_scene: Scene) -> None:
-    request = walk_to(1.0, required=())
+    request = walk_to(1.0, required_limbs=())
     outcome = plan(request, hyq_data, flat_scene, Budget(60.0))
     assert_clean(contact_plan(outcome, request, hyq_data.robot, GROUND))
 
 
 def test_a_limb_that_need_not_reach_is_free_to(hyq_data: RobotData, flat_scene: Scene) -> None:
-    request = walk_to(0.6, required=LEGS[:3], start_limbs=LEGS[:3])
+    request = walk_to(0.6, required_limbs=LEGS[:3], start_limbs=LEGS[:3])
     outcome = plan(request, hyq_data, flat_scene, Budget(60.0))
     assert outcome.states[0].free == (3,)
     assert_clean(contact_plan(outcome, request, hyq_data.robot, GROUND))
@@ -388,8 +391,8 @@ def test_a_mesh_may_be_moved_with_start_and_goal(hyq_data: RobotData) -> None:
     ("changes", "field"),
     [
         ({"start_limbs": ("lf_leg", *LEGS)}, "start_limbs"),
-        ({"required": ("lf_leg", "lf_leg")}, "required"),
-        ({"required": ("wing",)}, "required"),
+        ({"required_limbs": ("lf_leg", "lf_leg")}, "required_limbs"),
+        ({"required_limbs": ("wing",)}, "required_limbs"),
         ({"goal_limbs": ("wing",)}, "goal_limbs"),
         ({"goal_limbs": ("lf_leg", "lf_leg")}, "goal_limbs"),
         ({"robustness_threshold": -1.0}, "robustness_threshold"),
@@ -410,7 +413,7 @@ def test_a_later_guide_that_is_not_found_does_not_hide_how_far_one_came(
 ) -> None:
     gap = Scene([island("here", -2, 0.6), island("there", 2.0, 5)])
     guide = GuideOptions(rrt=RrtOptions(iterations=2))
-    request = walk_to(3.0, required=(), options=replace(FEW, guide=guide))
+    request = walk_to(3.0, required_limbs=(), options=replace(FEW, guide=guide))
     with pytest.raises(NoSequenceFound) as caught:
         plan(request, hyq_data, gap, Budget(60.0))
     assert 0 < caught.value.fraction < 1

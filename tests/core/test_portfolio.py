@@ -119,7 +119,7 @@ def test_where_all_fail_the_farthest_is_told(toy_data: RobotData) -> None:
     """Between two grounds a bridge for the left feet only: a guide that asks no more can cross."""
     bridge = [(1.5, 0.1, 0), (5.5, 0.1, 0), (5.5, 0.5, 0), (1.5, 0.5, 0)]
     scene = Scene([*gap().surfaces, make_surface("bridge", bridge, 0.5)])
-    asked = replace(request_to(toy_data, 6.0, 0, guides=1), required=("lf", "lh"))
+    asked = replace(request_to(toy_data, 6.0, 0, guides=1), required_limbs=("lf", "lh"))
     alone = []
     for seed in (0, 1):
         with pytest.raises(NoSequenceFound) as one:

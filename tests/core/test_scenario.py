@@ -66,14 +66,14 @@ def test_the_scenarios_of_the_package_are_good(name: str) -> None:
         request = text.request_for(robot, seed=3)
         assert request.seed == 3
         limbs = {limb.name for limb in robot.limbs}
-        assert limbs.issuperset(request.required + request.start_limbs)
+        assert limbs.issuperset(request.required_limbs + request.start_limbs)
         assert request.start_limbs
         assert request.robustness_threshold >= 0
         for place in (request.start, request.goal):
             assert (request.bounds.low <= place.position).all()
             assert (request.bounds.high >= place.position).all()
         kinds = {surface.kind for surface in text.scene().surfaces}
-        for limb in request.required:
+        for limb in request.required_limbs:
             assert kinds.intersection(robot.limb(limb).surfaces)
 
 
@@ -127,12 +127,12 @@ def test_limbs_and_root_joints_of_the_scenarios_robot() -> None:
     assert len(own.root_index) == 8
     assert own.limb("right_arm").base != plain.limb("left_leg").base
     request = parse(chosen).request_for(own)
-    assert request.required == request.start_limbs == ("left_leg", "right_arm")
+    assert request.required_limbs == request.start_limbs == ("left_leg", "right_arm")
     with pytest.raises(InvalidInput, match="unknown") as caught:
-        parse({**chosen, "request": {**chosen["request"], "required": ["right_leg"]}}).request_for(
-            own
-        )
-    assert caught.value.field == "request.required"
+        parse(
+            {**chosen, "request": {**chosen["request"], "required_limbs": ["right_leg"]}}
+        ).request_for(own)
+    assert caught.value.field == "request.required_limbs"
 
 
 def test_another_robot_keeps_its_own_limbs_surfaces_and_trunk() -> None:
@@ -201,7 +201,7 @@ def test_the_papers_scenarios_of_a_humanoid(name: str, limbs: set[str], trunk: i
     assert len(robot.root_joints) == (0 if limbs == {"left_leg", "right_leg"} else 2)
     assert len(robot.description.volumes.trunk_links) == trunk
     request = text.request_for(robot)
-    assert set(request.required) == {"left_leg", "right_leg"}
+    assert set(request.required_limbs) == {"left_leg", "right_leg"}
     assert set(request.start_limbs) <= limbs
 
 
@@ -277,7 +277,7 @@ def test_a_file_that_is_no_toml(tmp_path: Path) -> None:
         ("request.robustness_threshold", NAN),
         ("request.bounds.yaw", -0.1),
         ("request.bounds.x", [0.0, INF]),
-        ("request.required", "lf_leg"),
+        ("request.required_limbs", "lf_leg"),
         ("environment.surfaces.0.friction", -0.1),
         ("environment.surfaces.0.friction", NAN),
         ("environment.surfaces.0.colour", "red"),
@@ -316,7 +316,7 @@ def test_a_bad_value_names_its_field(field: str, value: Any) -> None:
 @pytest.mark.parametrize(
     ("request_", "field", "reason"),
     [
-        ({"required": ["lf_leg", "tail"]}, "request.required", "lf_leg, rf_leg"),
+        ({"required_limbs": ["lf_leg", "tail"]}, "request.required_limbs", "lf_leg, rf_leg"),
         ({"start_limbs": ["wing"]}, "request.start_limbs", "unknown"),
         (
             {"start": {"position": [0, 0, 1], "orientation": [0, 0, 0, 0]}},

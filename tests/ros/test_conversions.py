@@ -40,6 +40,7 @@ from rbprm_ros.conversions import (
 )
 from rbprm_ros.environment import Environment, SurfaceUpdate
 from rbprm_ros.failure import Failure, failure_of
+from rbprm_ros.jobs import RobotChoice
 from rbprm_ros.parameters import Settings, parse_settings
 
 TURNED = (0.0, 0.0, math.sin(0.3), math.cos(0.3))  # by 0.6 rad about z
@@ -140,7 +141,7 @@ def request_made() -> PlanRequest:
         start=Placement.parse((0.0, 0.1, 0.6)),
         goal=Placement.parse((1.0, 0.2, 0.7), TURNED),
         bounds=RootBounds(np.array([-1.0, -2.0, 0.1]), np.array([3.0, 4.0, 1.0]), np.full(3, 0.9)),
-        required=LIMBS,
+        required_limbs=LIMBS,
         start_limbs=LIMBS[:3],
         robustness_threshold=5.0,
         seed=11,
@@ -150,14 +151,14 @@ def request_made() -> PlanRequest:
 def test_request_survives_the_messages(request_made: PlanRequest, environment: Environment) -> None:
     message = across(request_message(request_made, "anymal", 12.0))
     job = job_of_message(message, Settings(), environment)
-    assert (job.robot, job.time_limit) == ("anymal", 12.0)
+    assert (job.robot, job.time_limit) == (RobotChoice("anymal"), 12.0)
     assert job.snapshot is environment.snapshot
     again = job.request
     assert np.array_equal(again.goal.position, request_made.goal.position)
     assert np.allclose(again.goal.orientation, request_made.goal.orientation)
     assert np.array_equal(again.bounds.low, request_made.bounds.low)
     assert np.array_equal(again.bounds.half_ranges, request_made.bounds.half_ranges)
-    assert (again.required, again.start_limbs) == (LIMBS, LIMBS[:3])
+    assert (again.required_limbs, again.start_limbs) == (LIMBS, LIMBS[:3])
     assert (again.seed, again.robustness_threshold) == (11, 5.0)
 
 
@@ -166,7 +167,7 @@ def test_defaults_of_a_request(request_made: PlanRequest, environment: Environme
     message = type(request_message(request_made, "", 0.0))()
     job = job_of_message(message, settings, environment)
     assert (job.time_limit, job.request.robustness_threshold) == (5.0, 8.0)
-    assert job.request.required == job.request.start_limbs == LIMBS
+    assert job.request.required_limbs == job.request.start_limbs == LIMBS
     assert job.request.bounds.low.tolist() == [-1.0, -1.0, -1.0]
     assert job.request.bounds.high.tolist() == [3.0, 3.0, 1.0]
 

@@ -47,7 +47,7 @@ def job(identity: str, surfaces: Snapshot, goal: float) -> Job:
         start=Placement.parse((0, 0, 0.6)),
         goal=Placement.parse((goal, 0, 0.6)),
         bounds=RootBounds(np.array([-2, -2, 0]), np.array([9, 2, 2]), np.full(3, 0.3)),
-        required=LIMBS,
+        required_limbs=LIMBS,
         start_limbs=LIMBS,
         robustness_threshold=10.0,
     )

@@ -91,7 +91,7 @@ def calibrate(
     """
     rng = np.random.default_rng(seed)
     robot = data.robot
-    required = limb_names(robot, request.required, "required")
+    required = limb_names(robot, request.required_limbs, "required_limbs")
     joints = robot.root_index[7:]
     space = RootSpace(request.bounds, robot.low[joints], robot.high[joints])
     conditions = [Reachability(_scaled(data, scale), scene, required) for scale in scales]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,7 +32,7 @@ class Placement:
             InvalidInput: wrong shape, not finite, zero or far from unit quaternion.
         """
         quaternion = finite_array(f"{field}.orientation", orientation, (4,))
-        norm = float(np.linalg.norm(quaternion))
+        norm = math.hypot(*quaternion)  # of huge values too, without an overflow
         if abs(norm - 1) > UNIT_TOLERANCE:
             reason = f"must be a unit quaternion [x, y, z, w], its norm is {norm:g}"
             raise InvalidInput(f"{field}.orientation", orientation, reason)

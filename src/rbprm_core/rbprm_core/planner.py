@@ -137,7 +137,7 @@ class _Planning:
         """Resolve the request against robot and scene, and build what answers their queries."""
         request, data, scene = self._request, self._data, self._scene
         robot = data.robot
-        required = limb_names(robot, request.required, "required")
+        required = limb_names(robot, request.required_limbs, "required_limbs")
         start_limbs = limb_names(robot, request.start_limbs, "start_limbs")
         goal_limbs = limb_names(robot, request.goal_limbs or (), "goal_limbs")
         threshold = finite_number("robustness_threshold", request.robustness_threshold, low=0.0)

@@ -62,7 +62,7 @@ class PlanRequest:
     Attributes:
         start, goal: placements of the root in the planning frame.
         bounds: of the root along the whole way.
-        required: names of the limbs whose workspace must meet a surface all along.
+        required_limbs: names of the limbs whose workspace must meet a surface all along.
         start_limbs: names of the limbs in contact at the start.
         goal_limbs: names of the limbs that are to be in contact in the last state; None where any
             are good.
@@ -76,7 +76,7 @@ class PlanRequest:
     start: Placement
     goal: Placement
     bounds: RootBounds
-    required: tuple[str, ...]
+    required_limbs: tuple[str, ...]
     start_limbs: tuple[str, ...]
     robustness_threshold: float
     seed: int = 0

@@ -51,7 +51,7 @@ class RequestText(Record):
     start: PoseText
     goal: PoseText
     bounds: BoundsText
-    required: tuple[str, ...] | None = None
+    required_limbs: tuple[str, ...] | None = None
     start_limbs: tuple[str, ...] | None = None
     goal_limbs: tuple[str, ...] | None = None
     robustness_threshold: Annotated[float, Field(ge=0)] = 0.0
@@ -66,7 +66,7 @@ class RobotChanges(Record):
     start: PoseText | None = None
     goal: PoseText | None = None
     bounds: BoundsText | None = None
-    required: tuple[str, ...] | None = None
+    required_limbs: tuple[str, ...] | None = None
     start_limbs: tuple[str, ...] | None = None
     goal_limbs: tuple[str, ...] | None = None
     robustness_threshold: Annotated[float, Field(ge=0)] | None = None
@@ -175,7 +175,7 @@ class Scenario(Record):
             start=_placement(text.start, "request.start"),
             goal=_placement(text.goal, "request.goal"),
             bounds=_bounds(text.bounds),
-            required=_limbs(robot, text.required, "request.required"),
+            required_limbs=_limbs(robot, text.required_limbs, "request.required_limbs"),
             start_limbs=_limbs(robot, text.start_limbs, "request.start_limbs"),
             goal_limbs=_goal_limbs(robot, text.goal_limbs),
             robustness_threshold=finite_number(

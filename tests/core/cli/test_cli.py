@@ -53,7 +53,7 @@ guide = {{ rrt = {{ iterations = 30 }} }}
 BRIDGE = """[[environment.surfaces]]
 id = "bridge"
 vertices = [[1.0, 0.3, 0.0], [5.0, 0.3, 0.0], [5.0, 0.5, 0.0], [1.0, 0.5, 0.0]]"""
-LEFT = 'required = ["lf_leg", "lh_leg"]'
+LEFT = 'required_limbs = ["lf_leg", "lh_leg"]'
 UNHELD = {"goal": 5.0, "bridge": BRIDGE, "more": LEFT}
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
@@ -384,7 +384,11 @@ def test_a_bad_argument_is_named_with_its_value(
         ("yaw = 0.4", "yaw = nan", ["request.bounds.yaw = nan"]),
         ("x = [-3.0, 6.0]", "x = [6.0, -3.0]", ["request.bounds.x = [6.0, -3.0]", "empty"]),
         ("time_limit = 30.0", 'start_limbs = ["tail"]', ["start_limbs = 'tail'", "lf_leg"]),
-        ("time_limit = 30.0", 'required = ["tail"]', ["request.required = 'tail'", "lf_leg"]),
+        (
+            "time_limit = 30.0",
+            'required_limbs = ["tail"]',
+            ["request.required_limbs = 'tail'", "lf_leg"],
+        ),
         ("time_limit = 30.0", 'goal_limbs = ["tail"]', ["request.goal_limbs = 'tail'", "lf_leg"]),
         ("[options]", "[heuristics]\ntail = { effort = 1 }\n[options]", ["heuristics = 'tail'"]),
         (

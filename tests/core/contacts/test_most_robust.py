@@ -82,7 +82,7 @@ def weak(toy_data: RobotData, flat_scene: Scene) -> tuple[PlanRequest, Outcome]:
         start=Placement.parse([0.0, 0.0, 0.42]),
         goal=Placement.parse([0.5, 0.0, 0.42]),
         bounds=RootBounds(np.array([-1, -1, 0.2]), np.array([1, 1, 0.6]), np.full(3, 0.2)),
-        required=limbs,
+        required_limbs=limbs,
         start_limbs=limbs,
         robustness_threshold=0.99 * standing.robustness,
         options=PlannerOptions(guides=1, generator=MOST_ROBUST),

@@ -31,7 +31,7 @@ def request(seed: int = 0, **options: object) -> PlanRequest:
         start=Placement.parse((0, 0, 0.62)),
         goal=Placement.parse((2.4, 0, 0.62)),
         bounds=RootBounds(np.array([-1, -1.5, 0.4]), np.array([4, 1.5, 0.8]), np.full(3, 0.4)),
-        required=LEGS,
+        required_limbs=LEGS,
         start_limbs=LEGS,
         robustness_threshold=5.0,
         seed=seed,
@@ -97,7 +97,7 @@ def test_the_equilibrium_criterion_sees_what_the_plain_condition_does_not(
         request(),
         goal=Placement.parse((4.5, 0, 0.62)),
         bounds=RootBounds(low, high, np.full(3, 0.05)),
-        required=(LEGS[0], LEGS[2]),
+        required_limbs=(LEGS[0], LEGS[2]),
         options=PlannerOptions(
             guide=GuideOptions(equilibrium=True, rrt=RrtOptions(iterations=30)), guides=2
         ),
