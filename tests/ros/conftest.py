@@ -258,6 +258,16 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
     made.close()
 
 
+@pytest.fixture(scope="module")
+def managed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
+    """A domain with a planner node that waits for its manager."""
+    made = Site(tmp_path_factory.mktemp("managed"))
+    level = ("--log-level", "rbprm_planner:=debug")
+    made.start("planner_node", "--ros-args", "-p", "autostart:=false", *level)
+    yield made
+    made.close()
+
+
 @pytest.fixture
 def executive(shared: Site) -> Executive:
     """A client of the shared planner."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from enum import IntEnum
 
 from rbprm_core.errors import ErrorCode, InvalidInput, NoSequenceFound, RbprmError, RootUnreachable
 from rbprm_core.plan import ContactPlan
 
+STATE = re.compile(r"(measured_state|sequence\.states)\.")
 MOST_CHARACTERS = 200  # of an offending value; an answer must not grow with the input at fault
 
 
@@ -73,7 +75,8 @@ def failure_of(error: Exception) -> Failure:
         case PlanningFailed() | NodeError():
             return error.failure
         case InvalidInput():
-            return Failure(error.code, text, field=error.field, value=_shown(error.value))
+            told = InvalidInput(_field_of_messages(error.field), error.value, error.reason)
+            return Failure(error.code, str(told), field=told.field, value=_shown(error.value))
         case RootUnreachable():
             return Failure(error.code, text, limb=error.limb)
         case NoSequenceFound():
@@ -82,6 +85,15 @@ def failure_of(error: Exception) -> Failure:
         case RbprmError():
             return Failure(error.code, text)
     return Failure(ErrorCode.INTERNAL, f"a fault of the planner: {type(error).__name__}: {text}")
+
+
+def _field_of_messages(field: str) -> str:
+    """A field of a state in the words of ContactState, not in those of the plan file."""
+    if STATE.match(field) is None:
+        return field
+    field = re.sub(r"\.joints\b", ".joint_positions", field)
+    field = re.sub(r"(\.contacts\.\d+)\.(position|orientation)\b", r"\1.pose.\2", field)
+    return re.sub(r"\.surface$", ".surface_id", field)
 
 
 def _shown(value: object) -> str:

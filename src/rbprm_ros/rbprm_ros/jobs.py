@@ -46,6 +46,7 @@ class Job:
         kept: states of the plan that stay; the last is gone on from. Empty: from the beginning.
         measured: whether `kept` is one state as measured, which may be a little off its contacts.
         bounds_derived: whether the request left its bounds open.
+        shown: whether the states are reported while they grow, which takes a tenth of the time.
     """
 
     id: str
@@ -56,6 +57,7 @@ class Job:
     kept: tuple[StateEntry, ...] = ()
     measured: bool = False
     bounds_derived: bool = False
+    shown: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import traceback
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -30,7 +31,7 @@ from rbprm_ros.conversions import (
 from rbprm_ros.conversions.diagnostics import Health
 from rbprm_ros.environment import Environment, Snapshot
 from rbprm_ros.failure import failure_of
-from rbprm_ros.jobs import Job
+from rbprm_ros.jobs import Job, RobotChoice
 from rbprm_ros.parameters import Settings
 from rbprm_ros.planning import Planning
 from rbprm_ros.published import Published, Standing
@@ -107,8 +108,7 @@ class Outbox:
         """Publish the states of a sequence that grows."""
         if self._partial.get_subscription_count() == 0:
             return
-        robot = Robot.load(load_description(job.robot.name).using(job.robot.limbs or None))
-        plan = bare_plan(states, job.request, robot)
+        plan = bare_plan(states, job.request, _robot(job.robot))
         self._partial.publish(self._part(plan, job.id))
 
     def answer(self, published: Published, answer: Answer) -> None:
@@ -149,3 +149,9 @@ class Outbox:
 
     def _part(self, plan: ContactPlan, identity: str) -> ContactSequence:
         return sequence_message(plan, self.header(), identity, 0, complete=False)
+
+
+@functools.lru_cache(maxsize=4)
+def _robot(choice: RobotChoice) -> Robot:
+    """A robot; loading takes longer than the time between two partial sequences."""
+    return Robot.load(load_description(choice.name).using(choice.limbs or None))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future as WorkFuture
+from dataclasses import replace
 
 from rbprm_msgs.action import PlanContacts
 from rclpy.action.server import ActionServer, CancelResponse, ServerGoalHandle
@@ -15,6 +16,8 @@ from rbprm_ros.failure import NodeCode, NodeError, PlanningFailed
 from rbprm_ros.jobs import Job, Reported, Result
 from rbprm_ros.outbox import Outbox
 from rbprm_ros.planning import Planning
+
+RESULT_KEPT = 60  # seconds that a result can still be asked for; rclpy's 900 are a lot of plans
 
 
 class PlanAction:
@@ -44,6 +47,7 @@ class PlanAction:
             handle_accepted_callback=self._accept,
             cancel_callback=self._cancel,
             callback_group=ReentrantCallbackGroup(),
+            result_timeout=RESULT_KEPT,
         )
 
     def close(self) -> None:
@@ -67,8 +71,8 @@ class PlanAction:
         return CancelResponse.ACCEPT
 
     def _stop(self, goal: _Goal) -> None:
-        if goal.work is not None:
-            self._planning().cancel(goal.work)
+        if goal.work is not None and goal.planning is not None:
+            goal.planning.cancel(goal.work)
 
     async def _execute(self, handle: ServerGoalHandle) -> PlanContacts.Result:
         goal = self._current
@@ -84,7 +88,7 @@ class PlanAction:
                 self._current = None
 
     async def _planned(self, goal: _Goal) -> PlanContacts.Result:
-        planning, job = self._planning(), self._job(goal.handle.request)
+        planning, job = self._planning(), replace(self._job(goal.handle.request), shown=True)
 
         def report(reported: Reported) -> None:  # in the worker's thread
             progress = reported.progress
@@ -99,7 +103,7 @@ class PlanAction:
                 self._outbox.partial(job, reported.states)
 
         def submitted(work: WorkFuture[Result]) -> None:
-            goal.work = work
+            goal.work, goal.planning = work, planning
             if goal.preempted or goal.cancelled:
                 planning.cancel(work)
 
@@ -135,3 +139,4 @@ class _Goal:
     def __init__(self, handle: ServerGoalHandle, preempted: bool = False) -> None:
         self.handle, self.preempted, self.cancelled = handle, preempted, False
         self.work: WorkFuture[Result] | None = None
+        self.planning: Planning | None = None

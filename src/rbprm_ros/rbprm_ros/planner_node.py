@@ -8,9 +8,11 @@ import uuid
 from collections.abc import Awaitable, Callable
 from typing import Any
 
+from lifecycle_msgs.srv import ChangeState
 from rbprm_msgs.action import PlanContacts
 from rbprm_msgs.msg import ExecutionState, SurfaceArray
 from rbprm_msgs.srv import GetEnvironment, ListRobots, Plan, Replan, SetEnvironment, Validate
+from rclpy._rclpy_pybind11 import RCLError
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -20,6 +22,8 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from visualization_msgs.msg import MarkerArray
 
 from rbprm_core.errors import InvalidInput
+from rbprm_core.robot import known_robots
+from rbprm_core.validation import one_of
 from rbprm_ros.conversions import (
     environment_message,
     invalid_state_messages,
@@ -84,6 +88,7 @@ class PlannerNode(LifecycleNode):
         self._serve(GetEnvironment, "~/get_environment", self._on_get_environment)
         self._serve(SetEnvironment, "~/set_environment", self._on_set_environment)
         self._serve(ListRobots, "~/list_robots", self._on_list_robots)
+        self._answer_every_transition()
 
     @property
     def calls(self) -> int:
@@ -152,6 +157,21 @@ class PlannerNode(LifecycleNode):
         self._environment.clear()
         self._outbox.nothing()
         self._outbox.status(Standing(), None, self._environment.snapshot)
+
+    def _answer_every_transition(self) -> None:
+        """Refuse an impossible transition; rclpy raises there, and the caller waits for ever."""
+        service = self._service_change_state
+        change = service.callback
+
+        def answer(message: ChangeState.Request, response: ChangeState.Response) -> Any:
+            try:
+                return change(message, response)
+            except RCLError as error:
+                self.get_logger().error(f"transition {message.transition.id} refused: {error}")
+                response.success = False
+                return response
+
+        service.callback = answer
 
     def _settings(self) -> Settings:
         return self._declared.settings
@@ -275,7 +295,9 @@ class PlannerNode(LifecycleNode):
             plan = read_sequence(message.sequence)
             base = planning.published
             own = base is not None and base.id == message.sequence.sequence_id
-            robot = base.job.robot if own and base else RobotChoice(plan.robot.name)
+            known = (*known_robots(), self._settings().robot)
+            name = one_of("sequence.robot", plan.robot.name, known)
+            robot = base.job.robot if own and base else RobotChoice(name)
             key = uuid.uuid4().hex
         else:
             base = self._base(planning, message.sequence.sequence_id)
@@ -299,7 +321,12 @@ class PlannerNode(LifecycleNode):
     async def _on_set_environment(
         self, message: SetEnvironment.Request, response: SetEnvironment.Response
     ) -> None:
-        self._update(update_of_setting(message, self._settings()))
+        update = update_of_setting(message, self._settings())
+        try:
+            self._update(update)
+        except InvalidInput as error:
+            field = "mesh" if message.mesh else f"environment.{error.field}"
+            raise InvalidInput(field, error.value, error.reason) from error
         snapshot = self._environment.snapshot
         response.surfaces = len(snapshot.surfaces)
         response.obstacles = len(snapshot.obstacles)

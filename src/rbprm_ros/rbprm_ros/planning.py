@@ -115,17 +115,16 @@ class Planning:
         if self.published is not base:
             text = f"sequence {base.id} has another revision now; ask again"
             raise NodeError(NodeCode.OUTDATED, text)
+        if not job.measured and len(job.kept) <= self.standing.executed:
+            text = f"the robot went on to state {self.standing.executed} meanwhile; ask again"
+            raise NodeError(NodeCode.OUTDATED, text)
         return self._publish_revision(job, base, plan)
 
     async def validate(
         self, robot: RobotChoice, key: str, plan: ContactPlan, first: int
     ) -> tuple[InvalidState, ...]:
         """The states of a sequence, from one on, that do not hold on the surfaces of now."""
-        request = plan.request
-        work = Validation(
-            uuid.uuid4().hex, robot, key, plan.states, request.robustness_threshold,
-            request.gravity, first, self._environment.snapshot,
-        )  # fmt: skip
+        work = self._validation(robot, key, plan, first)
         found = await outcome_of(self.watcher.submit(work, ignore), self._executor())
         assert isinstance(found, tuple)
         return found
@@ -175,6 +174,9 @@ class Planning:
 
     async def _planned(self, job: Job, report: Report, submitted: Submitted) -> ContactPlan:
         """A plan that a caller waits for."""
+        if self._replanning is not None:  # who asks does not wait for what was begun here
+            self._stale = True
+            self.planner.cancel(self._replanning)
         work = self.planner.submit(job, report)
         self._works.add(work)
         submitted(work)
@@ -183,10 +185,15 @@ class Planning:
             plan = await outcome_of(work, self._executor())
         except CancelledError as error:  # before it began
             self._works.discard(work)
-            self._stand(activity=self._resting())
+            self._stand(activity=self._resting(self.standing.invalid))
             raise Cancelled("waiting") from error
         except RbprmError as error:
-            self._stand(activity=Activity.FAILED, failure=failure_of(error))
+            self._works.discard(work)
+            failure = failure_of(error)
+            if self._works or failure.code == ErrorCode.CANCELLED:  # by a newer goal, mostly
+                self._stand(activity=self._resting(self.standing.invalid))
+            else:
+                self._stand(activity=Activity.FAILED, failure=failure)
             raise
         finally:
             self._works.discard(work)
@@ -194,6 +201,8 @@ class Planning:
         return plan
 
     def _publish(self, published: Published, executed: int) -> None:
+        if self._replanning is not None:  # of a revision that nobody needs any more
+            self.planner.cancel(self._replanning)
         self.published = published
         self._on_published(published)
         activity = Activity.VALID if published.complete else Activity.FAILED
@@ -201,6 +210,9 @@ class Planning:
         snapshot = published.job.snapshot
         if snapshot is None or snapshot.version != self._environment.snapshot.version:
             self.surfaces_changed()
+        else:  # so that it knows the states, and that they were free, when a change comes
+            job, plan = published.job, published.plan
+            self.watcher.submit(self._validation(job.robot, published.key, plan, 0), ignore)
 
     def _publish_revision(self, job: Job, base: Published, plan: ContactPlan) -> Published:
         assert job.snapshot is not None
@@ -239,7 +251,7 @@ class Planning:
         situation = Situation(len(base.plan.states), self.standing.executed, indices, base.complete)
         decision = decide(situation)
         if isinstance(decision, Keep):
-            self._stand(activity=self._resting(), invalid=(), failure=SUCCEEDED)
+            self._stand(activity=self._resting(()), invalid=(), failure=SUCCEEDED)
             return
         self._stand(activity=Activity.INVALIDATED, invalid=invalid)
         if isinstance(decision, Stuck):
@@ -270,9 +282,11 @@ class Planning:
             finally:
                 self._replanning = None
             self._restarts = 0
-            if self.published is base:
+            if self.published is base and self.standing.executed <= candidate:
                 assert isinstance(plan, ContactPlan)
                 self._publish_revision(job, base, plan)
+            else:  # what was planned anew is over already, or of another sequence
+                self._stale = True
             return
         self._restarts = 0
         self._cut(base, max(decision.candidates) + 1, failure)
@@ -302,12 +316,23 @@ class Planning:
             bounds_derived=job.bounds_derived,
         )  # fmt: skip
 
-    def _resting(self) -> Activity:
-        """What is so while nothing is done."""
+    def _validation(
+        self, robot: RobotChoice, key: str, plan: ContactPlan, first: int
+    ) -> Validation:
+        request = plan.request
+        return Validation(
+            uuid.uuid4().hex, robot, key, plan.states, request.robustness_threshold,
+            request.gravity, first, self._environment.snapshot,
+        )  # fmt: skip
+
+    def _resting(self, invalid: tuple[InvalidState, ...]) -> Activity:
+        """What is so while no caller's plan is the news; given the states that do not hold."""
         if self._works:
             return Activity.PLANNING
         if self.published is None:
             return Activity.IDLE
+        if invalid:
+            return Activity.INVALIDATED if self._replanning is None else Activity.REPLANNING
         return Activity.VALID if self.published.complete else Activity.FAILED
 
     def _stand(self, **changes: object) -> None:

@@ -119,7 +119,7 @@ class Server:
     def _plan(self, job: Job, data: RobotData, line: Line) -> ContactPlan:
         if self._scene is None:
             raise InvalidInput("surfaces", [], "the planning process was given none")
-        grown = GrownStates(line, data.robot)
+        grown = GrownStates(line, data.robot) if job.shown else None
         budget = Budget(job.time_limit, line.cancelled, line.report)
         request, environment = job.request, self._environment
         try:
@@ -129,7 +129,7 @@ class Server:
             last = len(job.kept) - 1
             kept: tuple[State, ...]
             if job.measured:
-                kept = (restored_state(job.kept[-1], data.robot, self._scene, "measured_state"),)
+                kept = (restored_state(job.kept[-1], data.robot, self._scene, "measured_state.0"),)
             else:
                 kept = restored_states(job.kept, data.robot, "sequence.states")
             revision = replan(kept, last, request, data, self._scene, budget, on_states=grown)

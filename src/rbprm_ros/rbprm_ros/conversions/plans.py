@@ -7,7 +7,6 @@ import math
 from geometry_msgs.msg import Point, PoseStamped, Vector3
 from geometry_msgs.msg import Pose as PoseMessage
 from nav_msgs.msg import Path
-from pydantic import ValidationError
 from rbprm_msgs.msg import Contact, ContactSequence, ContactState, PlanStatistics
 from std_msgs.msg import Header
 
@@ -23,7 +22,7 @@ from rbprm_core.plan import (
     StateEntry,
     Statistics,
 )
-from rbprm_core.validation import finite_array, finite_number, one_of
+from rbprm_core.validation import finite_array, finite_number
 from rbprm_ros.conversions.geometry import (
     placement_of_message,
     pose_message,
@@ -166,15 +165,18 @@ def read_state(message: ContactState, field: str) -> StateEntry:
     finite_array(f"{field}.joint_positions", message.joint_positions, (-1,))
     for k, contact in enumerate(message.contacts):
         place = f"{field}.contacts.{k}"
-        one_of(f"{place}.type", contact.type, tuple(TYPE_NAMES))
+        if contact.type not in TYPE_NAMES:
+            reason = f"must be one of {tuple(TYPE_NAMES)}: point, planar"
+            raise InvalidInput(f"{place}.type", contact.type, reason)
         placement_of_message(contact.pose, f"{place}.pose")
+        placement_of_message(contact.frame_offset, f"{place}.frame_offset")
+        finite_array(f"{place}.normal", triple(contact.normal), (3,))
+        for n, point in enumerate(contact.points):
+            finite_array(f"{place}.points.{n}", triple(point), (3,))
         finite_number(f"{place}.friction", contact.friction, low=0.0)
-    try:
-        return _state_entry(message)
-    except ValidationError as error:
-        first = error.errors()[0]
-        name = ".".join(str(part) for part in (field, *first["loc"]))
-        raise InvalidInput(name, first["input"], first["msg"]) from error
+    finite_array(f"{field}.com", triple(message.com), (3,))
+    finite_number(f"{field}.robustness", message.robustness)
+    return _state_entry(message)
 
 
 def _statistics(message: PlanStatistics) -> Statistics:
