@@ -18,7 +18,7 @@ from rbprm_core.contacts.look_ahead import LookAhead
 from rbprm_core.contacts.state import Contact
 from rbprm_core.errors import InvalidInput
 from rbprm_core.guide import Reachability, RootSampler, RootSpace
-from rbprm_core.guide.sampler import effector_places
+from rbprm_core.guide.sampler import BATCH, effector_places
 from rbprm_core.request import PlanRequest, limb_names
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.volumes import trunk_volume
@@ -116,10 +116,10 @@ def _scaled(data: RobotData, scale: float) -> RobotData:
 
 
 def _inside(space: RootSpace, sampler: RootSampler, rng: np.random.Generator) -> Array:
-    for _ in range(DRAWS):
-        root = sampler.candidate(rng)
-        if space.contains(root):
-            return root
+    for _ in range(DRAWS // BATCH):
+        for root in sampler.candidates(rng, BATCH):
+            if space.contains(root):
+                return np.asarray(root)
     bounds = [space.bounds.low.tolist(), space.bounds.high.tolist()]
     raise InvalidInput("request.bounds", bounds, "leave no room over the surfaces")
 

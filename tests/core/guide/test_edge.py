@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rbprm_core.budget import Budget
 from rbprm_core.guide import GuideOptions, GuidePath, RootBounds, shorten
 from rbprm_core.guide.planners import PLANNERS, make_search
-from rbprm_core.guide.space import interpolate_all
+from rbprm_core.guide.space import StraightWay
 from rbprm_core.scenario import Scenario
 from rbprm_core.scene import Scene
 
@@ -27,7 +27,7 @@ def dense(path: GuidePath) -> Array:
     points = [path.nodes[:1]]
     for a, b, length in zip(path.nodes, path.nodes[1:], np.diff(path.marks), strict=False):
         steps = int(np.ceil(length / DENSE))
-        points.append(interpolate_all(a, b, np.arange(1, steps + 1) / max(steps, 1)))
+        points.append(StraightWay(a, b).at_all(np.arange(1, steps + 1) / max(steps, 1)))
     return np.concatenate(points)
 
 
@@ -75,5 +75,5 @@ def test_an_edge_out_of_bounds_fails(make_ground: Make, flat_scene: Scene) -> No
         np.concatenate([[0, 0, 0.6], pin.Quaternion(pin.rpy.rpyToMatrix(r, p, 0)).coeffs()])
         for p, r in ((0.25, -0.2), (-0.25, 0.2))
     )
-    assert ground.condition.edge_holds(a, b, 10)
+    assert ground.condition.edge_holds(StraightWay(a, b), 10)
     assert not ground.edges.holds(a, b)  # it yaws on the way

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from rbprm_core.guide import EquilibriumTest, Reachability
+from rbprm_core.guide.space import StraightWay
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface
 from rbprm_core.statics import Equilibrium, cone_generators, robustness
@@ -142,6 +143,8 @@ def test_an_edge_is_refused_where_nothing_bears(hyq_data: RobotData, count: int)
     left = ("lf_leg", "lh_leg")
     test = EquilibriumTest(hyq_data, scene, left, DOWN)
     over, beside = at(0, 0.4, 0.6), at(0, 0.0, 0.6)
-    assert Reachability(hyq_data, scene, left).edge_holds(over, beside, count)
-    assert not Reachability(hyq_data, scene, left, test).edge_holds(over, beside, count)
-    assert Reachability(hyq_data, scene, left, test).edge_holds(over, at(0.5, 0.4, 0.6), count)
+    aside = StraightWay(over, beside)
+    assert Reachability(hyq_data, scene, left).edge_holds(aside, count)
+    stricter = Reachability(hyq_data, scene, left, test)
+    assert not stricter.edge_holds(aside, count)
+    assert stricter.edge_holds(StraightWay(over, at(0.5, 0.4, 0.6)), count)

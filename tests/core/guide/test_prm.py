@@ -88,7 +88,7 @@ def test_another_way_is_asked_for(around: Any) -> None:
     first = run(around, Roadmap(), 1)
     search = PrmSearch(around.problem(START, GOAL), Roadmap(), PrmOptions())
     rng = np.random.default_rng(1)
-    paths = [search.find(Budget(), rng, direct=direct)[0] for direct in (True, False, False, False)]
+    paths = [search.find(Budget(), rng, direct=direct)[0] for direct in (True, *5 * [False])]
     assert np.array_equal(paths[0].nodes, first.nodes)
     for path in paths:
         assert_holds(around, path)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from rbprm_core.guide import Reachability
-from rbprm_core.guide.space import interpolate
+from rbprm_core.guide.space import StraightWay
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface
 
@@ -129,8 +129,8 @@ def test_an_edge_holds_where_all_its_points_do(
 ) -> None:
     rng = np.random.default_rng(seed)
     a, b = (at(*rng.uniform([-1, -1, 0.2], [1, 1, 0.9])) for _ in range(2))
-    wanted = all(condition.holds(interpolate(a, b, i / steps)) for i in range(1, steps + 1))
-    assert condition.edge_holds(a, b, steps) == wanted
+    wanted = all(condition.holds(StraightWay(a, b).at(i / steps)) for i in range(1, steps + 1))
+    assert condition.edge_holds(StraightWay(a, b), steps) == wanted
 
 
 def test_what_is_avoided_fails_but_not_start_and_goal(

@@ -45,11 +45,10 @@ def test_some_effector_of_a_candidate_is_on_a_surface(
 ) -> None:
     rng = np.random.default_rng(1)
     places = effector_places(allegro_data)
-    candidate = sampler(allegro_data, pen_scene, places).candidate
+    candidates = sampler(allegro_data, pen_scene, places).candidates
     corners = np.concatenate([s.polygon.boundary for s in pen_scene.surfaces])
     low, high = corners.min(axis=0) - 1e-9, corners.max(axis=0) + 1e-9
-    for _ in range(20):
-        root = candidate(rng)
+    for root in candidates(rng, 20):
         points = places @ pin.Quaternion(root[3:7]).matrix().T + root[:3]
         points = points[((points >= low) & (points <= high)).all(axis=1)]
         offsets = [np.abs((points - s.polygon.boundary[0]) @ s.normal) for s in pen_scene.surfaces]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.guide import RootBounds, RootSpace
-from rbprm_core.guide.space import ANGLE_WEIGHT, distance, interpolate, interpolate_all
+from rbprm_core.guide.space import ANGLE_WEIGHT, StraightWay, distance
 from rbprm_core.placement import Placement
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ def root(
 @given(roots(), roots())
 def test_the_ends_of_an_interpolation_are_exact(a: Array, b: Array) -> None:
     for t, end in ((0.0, a), (1.0, b)):
-        found = interpolate(a, b, t)
+        found = StraightWay(a, b).at(t)
         assert found[[0, 1, 2, 7]] == pytest.approx(end[[0, 1, 2, 7]], abs=1e-12)
         assert abs(found[3:7] @ end[3:7]) == pytest.approx(1, abs=1e-12)
 
@@ -57,10 +57,11 @@ def test_the_ends_of_an_interpolation_are_exact(a: Array, b: Array) -> None:
 @given(roots(), roots(), st.floats(0, 1))
 def test_between_the_ends(a: Array, b: Array, t: float) -> None:
     before = a.copy(), b.copy()
-    found = interpolate(a, b, t)
+    found = StraightWay(a, b).at(t)
     assert np.linalg.norm(found[3:7]) == pytest.approx(1, abs=1e-12)
     assert found[:3] == pytest.approx(a[:3] + t * (b[:3] - a[:3]))
     whole = float(distance(a, b))
+    assert StraightWay(a, b).length == pytest.approx(whole, abs=1e-12)
     assert float(distance(a, found)) == pytest.approx(t * whole, abs=1e-6)
     assert float(distance(found, b)) == pytest.approx((1 - t) * whole, abs=1e-6)
     assert np.array_equal(a, before[0])
@@ -70,7 +71,7 @@ def test_between_the_ends(a: Array, b: Array, t: float) -> None:
 @given(roots(turned=1e-7), st.floats(0, 1))
 def test_tiny_rotations_are_interpolated_too(a: Array, t: float) -> None:
     b = root()
-    found = interpolate(a, b, t)
+    found = StraightWay(a, b).at(t)
     assert float(distance(a, found)) == pytest.approx(t * float(distance(a, b)), abs=1e-9)
 
 
@@ -155,7 +156,7 @@ def test_an_edge_keeps_its_bounds_exactly_where_all_its_points_do(
         angles = share * np.minimum(half, [3.1, 1.5, 3.1])  # yaw and roll are one at 90 degrees
         rotation = pin.rpy.rpyToMatrix(angles[2], angles[1], angles[0])
         ends.append(np.concatenate([rng.uniform(-1, 1, 3), pin.Quaternion(rotation).coeffs()]))
-    points = interpolate_all(*ends, np.arange(401) / 400)
+    points = StraightWay(*ends).at_all(np.arange(401) / 400)
     over = np.array([excess(point, half) for point in points])
     found = space.contains_edge(*ends)
     assert not (found and over.max() > 2e-6)
@@ -175,7 +176,7 @@ def test_an_arc_may_leave_bounds_that_its_ends_keep() -> None:
     a, b = (root((0, 0, 0), pitch=p, roll=r)[:7] for p, r in ((0.9, 0.9), (-0.9, -0.9)))
     assert space.contains(a)
     assert space.contains(b)
-    assert not space.contains(interpolate(a, b, 0.5))
+    assert not space.contains(StraightWay(a, b).at(0.5))
     assert not space.contains_edge(a, b)
 
 
@@ -190,5 +191,5 @@ def test_an_edge_with_an_end_outside_is_outside() -> None:
 @given(roots(), roots())
 def test_many_points_of_a_way_are_those_of_each(a: Array, b: Array) -> None:
     shares = np.array([0.0, 0.2, 0.7, 1.0])
-    for t, found in zip(shares, interpolate_all(a, b, shares), strict=True):
-        assert found == pytest.approx(interpolate(a, b, t), abs=1e-15)
+    for t, found in zip(shares, StraightWay(a, b).at_all(shares), strict=True):
+        assert found == pytest.approx(StraightWay(a, b).at(t), abs=1e-15)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rbprm_core.guide import EdgeTest, Reachability, RootBounds, RootSpace
-from rbprm_core.guide.space import interpolate_all
+from rbprm_core.guide.space import StraightWay
 from rbprm_core.guide.trunk import CLEARANCE, TrunkTest, levers
 from rbprm_core.robot.bodies import convex
 from rbprm_core.robot.data import RobotData
@@ -40,7 +40,7 @@ def plate(point: Array, normal: Array, size: float) -> Array:
 
 def sampled(test: TrunkTest, a: Array, b: Array, steps: int) -> bool:
     """Whether a piece hits at one of some points: what cannot prove that an edge is free."""
-    return any(test.hits(root) for root in interpolate_all(a, b, np.arange(steps + 1) / steps))
+    return any(test.hits(root) for root in StraightWay(a, b).at_all(np.arange(steps + 1) / steps))
 
 
 def box_trunk(data: RobotData, half: tuple[float, float, float]) -> list[TrunkPiece]:
@@ -58,8 +58,8 @@ def test_a_thin_wall_is_not_stepped_over(hyq_data: RobotData, angle: float) -> N
     test = TrunkTest(hyq_data.robot, piece, mesh_shape(wall))
     a, b = at(np.array([0.0, 0, 0.5])), at(np.array([1.0, 0, 0.5]))
     assert not sampled(test, a, b, 20)  # 5 cm apart
-    assert test.sweep_hits(a, b)
-    assert test.sweep_hits(b, a)
+    assert test.sweep_hits(StraightWay(a, b))
+    assert test.sweep_hits(StraightWay(b, a))
 
 
 def test_a_thin_wall_stops_an_edge(hyq_data: RobotData, flat_scene: Scene) -> None:
@@ -88,7 +88,7 @@ def test_what_is_said_to_be_free_is_free_everywhere(hyq_data: RobotData, seed: i
     plates = [plate(rng.uniform(-0.6, 0.6, 3), rng.normal(size=3), 0.05) for _ in range(3)]
     test = TrunkTest(hyq_data.robot, hyq_data.trunk, mesh_shape(np.concatenate(plates)))
     a, b = (at(rng.uniform(-0.7, 0.7, 3), rng.uniform(-1, 1, 3)) for _ in range(2))
-    hits = test.sweep_hits(a, b)
+    hits = test.sweep_hits(StraightWay(a, b))
     assert hits or not sampled(test, a, b, 300)
     if hits:  # and what is said to be blocked comes near at least
         assert least_distance(hyq_data, np.concatenate(plates), a, b) < 4 * CLEARANCE + 5e-3
@@ -97,7 +97,7 @@ def test_what_is_said_to_be_free_is_free_everywhere(hyq_data: RobotData, seed: i
 def least_distance(data: RobotData, triangles: Array, a: Array, b: Array) -> float:
     mesh, shape = mesh_shape(triangles), convex(data.trunk[0].corners)
     found = []
-    for root in interpolate_all(a, b, np.arange(301) / 300):
+    for root in StraightWay(a, b).at_all(np.arange(301) / 300):
         place = coal.Transform3s(pin.Quaternion(root[3:7]).matrix(), root[:3])
         request, result = coal.DistanceRequest(), coal.DistanceResult()
         found.append(coal.distance(shape, place, mesh, coal.Transform3s(), request, result))
@@ -107,8 +107,8 @@ def least_distance(data: RobotData, triangles: Array, a: Array, b: Array) -> flo
 def test_standing_still_is_a_test_of_one_point(hyq_data: RobotData, flat_scene: Scene) -> None:
     test = TrunkTest(hyq_data.robot, hyq_data.trunk, flat_scene.shape)
     above, inside = at(np.array([0, 0, 0.6])), at(np.array([0, 0, 0.0]))
-    assert not test.sweep_hits(above, above)
-    assert test.sweep_hits(inside, inside)
+    assert not test.sweep_hits(StraightWay(above, above))
+    assert test.sweep_hits(StraightWay(inside, inside))
 
 
 def test_no_trunk_hits_nothing(hyq_data: RobotData, flat_scene: Scene) -> None:
@@ -116,7 +116,7 @@ def test_no_trunk_hits_nothing(hyq_data: RobotData, flat_scene: Scene) -> None:
     a, b = at(np.array([0, 0, 0.5])), at(np.array([0, 0, -0.5]))
     assert test.radius == 0.0
     assert not test.hits(a)
-    assert not test.sweep_hits(a, b)
+    assert not test.sweep_hits(StraightWay(a, b))
 
 
 @settings(max_examples=40)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from rbprm_core.guide.reachability import Reachability
-from rbprm_core.guide.space import RootSpace, distance, interpolate_all
+from rbprm_core.guide.space import RootSpace, StraightWay
 
 Array = NDArray[np.float64]
 
@@ -28,13 +30,16 @@ class EdgeTest:
     def holds(self, a: Array, b: Array) -> bool:
         """True where bounds and reachability hold from a (known to hold) to b."""
         # Bounds last: hardly an edge between two roots that keep them breaks them.
-        steps = self._steps(a, b)
-        return self.reachability.edge_holds(a, b, steps) and self.space.contains_edge(a, b)
+        way = StraightWay(a, b)
+        return self.reachability.edge_holds(way, self._steps(way)) and self.space.contains_edge(
+            a, b
+        )
 
     def avoids(self, a: Array, b: Array) -> bool:
         """True where the edge passes a root that the condition has been told to avoid."""
-        steps = self._steps(a, b)
-        return self.reachability.avoids(interpolate_all(a, b, np.arange(steps + 1) / steps))
+        way = StraightWay(a, b)
+        steps = self._steps(way)
+        return self.reachability.avoids(way.at_all(np.arange(steps + 1) / steps))
 
-    def _steps(self, a: Array, b: Array) -> int:
-        return max(1, int(np.ceil(float(distance(a, b)) / self._resolution)))
+    def _steps(self, way: StraightWay) -> int:
+        return max(1, math.ceil(way.length / self._resolution))

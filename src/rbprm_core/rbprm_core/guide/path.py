@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from rbprm_core.guide.space import distance, interpolate
+from rbprm_core.guide.space import StraightWay, distance
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ class GuidePath:
             return np.asarray(self.nodes[-1].copy())
         i = int(np.searchsorted(self.marks, mark, side="right")) - 1
         span = self.marks[i + 1] - self.marks[i]
-        return interpolate(self.nodes[i], self.nodes[i + 1], (mark - self.marks[i]) / span)
+        return StraightWay(self.nodes[i], self.nodes[i + 1]).at((mark - self.marks[i]) / span)
 
     def at_all(self, marks: Array) -> Array:
         """The root configurations (n, 7 + j) at distances (n,) along the path; see `at`."""

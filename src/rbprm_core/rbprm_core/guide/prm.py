@@ -13,7 +13,7 @@ from rbprm_core.guide.options import PrmOptions
 from rbprm_core.guide.path import GuidePath
 from rbprm_core.guide.roadmap import Roadmap
 from rbprm_core.guide.search import GuideProblem, GuideSearch
-from rbprm_core.guide.space import distance
+from rbprm_core.guide.space import StraightWay, distance
 
 Array = NDArray[np.float64]
 
@@ -83,7 +83,7 @@ class PrmSearch(GuideSearch):
             if (i, j) in self._shunned:
                 return np.inf
             if (i, j) not in prices:
-                span = float(distance(roadmap.nodes[i].root, roadmap.nodes[j].root))
+                span = StraightWay(roadmap.nodes[i].root, roadmap.nodes[j].root).length
                 prices[i, j] = max(span, 1e-9) * (rng.uniform(1.0, price) if price > 1 else 1.0)
             return prices[i, j]
 

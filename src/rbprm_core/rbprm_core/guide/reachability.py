@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rbprm_core.budget import Budget
 from rbprm_core.guide.equilibrium import EquilibriumTest
 from rbprm_core.guide.placements import RootPlacements
-from rbprm_core.guide.space import distance, interpolate_all
+from rbprm_core.guide.space import StraightWay, distance
 from rbprm_core.guide.trunk import TrunkTest, levers
 from rbprm_core.robot.bodies import convex
 from rbprm_core.robot.data import RobotData
@@ -124,19 +124,19 @@ class Reachability:
             return f"the trunk, scaled by {scale:g}, collides with the environment"
         return ""
 
-    def edge_holds(self, a: Array, b: Array, steps: int) -> bool:
-        """True where the condition holds from a (left out) to b (included).
+    def edge_holds(self, way: StraightWay, steps: int) -> bool:
+        """True where the condition holds on a way, its beginning left out.
 
         The trunk is free all along; the limbs' reach is tested at `steps` points of the way, and
         equilibrium at each SPARSE-th of them. Coarse to fine: an edge that fails mostly fails at
         its end or near its middle.
         """
         self._budget.poll()
-        roots = interpolate_all(a, b, _coarse_to_fine(steps) / steps)
+        roots = way.at_all(_coarse_to_fine(steps) / steps)
         return (
             not self.avoids(roots)
             and self._reaches(roots[0])
-            and not self._trunk.sweep_hits(a, b)
+            and not self._trunk.sweep_hits(way)
             and all(self._reaches(root) for root in roots[1:])
             and all(self._balances(root) for root in roots[: -(-steps // SPARSE)])
         )

@@ -11,7 +11,7 @@ from rbprm_core.guide.edge import EdgeTest
 from rbprm_core.guide.options import RrtOptions
 from rbprm_core.guide.path import GuidePath
 from rbprm_core.guide.search import GuideProblem, GuideSearch
-from rbprm_core.guide.space import distance, interpolate
+from rbprm_core.guide.space import StraightWay, distance
 
 Array = NDArray[np.float64]
 
@@ -113,11 +113,11 @@ class Growth:
         last = tree.nearest(target)
         added = None
         while True:
-            span = float(distance(tree[last], target))
-            if span == 0:
+            way = StraightWay(tree[last], target)
+            if way.length == 0:
                 return last
-            share = min(1.0, self._step / span)
-            node = target.copy() if share == 1 else interpolate(tree[last], target, share)
+            share = min(1.0, self._step / way.length)
+            node = target.copy() if share == 1 else way.at(share)
             if not self._edges.holds(tree[last], node):
                 return added
             added = last = tree.add(node, last)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from rbprm_core.guide.reachability import Reachability
 from rbprm_core.guide.space import RootSpace
@@ -15,7 +16,8 @@ Array = NDArray[np.float64]
 
 AREA_WEIGHTED = 0.3  # share of samples whose surface is drawn by area, not evenly
 HEIGHTS = (0.6, 1.15)  # range of the root's height over its surface, in reference heights
-TRIES = 50
+TRIES = 48
+BATCH = 8  # candidates drawn at once: one alone would cost nearly as much
 AT_REFERENCE = 0.5  # share of samples whose root joints stay at the reference posture
 
 
@@ -72,40 +74,50 @@ class RootSampler:
 
     def draw(self, rng: np.random.Generator) -> Array | None:
         """A reachable root configuration, or None where some tries gave none."""
-        for _ in range(TRIES):
-            root = self.candidate(rng)
-            if self._space.contains(root) and self._reachability.holds(root):
-                return root
+        for _ in range(TRIES // BATCH):
+            for root in self.candidates(rng, BATCH):
+                if self._space.contains(root) and self._reachability.holds(root):
+                    return np.asarray(root)
         return None
 
-    def candidate(self, rng: np.random.Generator) -> Array:
-        """A root configuration (7 + j,) as `draw` proposes them, whether it holds or not."""
-        bounds = self._space.bounds
-        yaw, pitch, roll = rng.uniform(-bounds.half_ranges, bounds.half_ranges)
-        rotation = pin.rpy.rpyToMatrix(roll, pitch, yaw)
-        joints = self._joints
-        if len(joints) and rng.random() >= AT_REFERENCE:
-            joints = rng.uniform(self._space.joint_low, self._space.joint_high)
+    def candidates(self, rng: np.random.Generator, count: int) -> Array:
+        """Root configurations (count, 7 + j) as `draw` proposes them, whether they hold or not."""
+        bounds, joints = self._space.bounds, self._joints
+        yaw, pitch, roll = rng.uniform(-bounds.half_ranges, bounds.half_ranges, (count, 3)).T
+        orientations = _quaternions(yaw, pitch, roll)
+        postures = np.tile(joints, (count, 1))
+        if len(joints):
+            drawn = rng.uniform(self._space.joint_low, self._space.joint_high, postures.shape)
+            away = rng.random(count) >= AT_REFERENCE
+            postures[away] = drawn[away]
         if len(self._triangles) == 0:
-            position = rng.uniform(bounds.low, bounds.high)
+            positions = rng.uniform(bounds.low, bounds.high, (count, 3))
         else:
-            position = self._at_surface(rotation, rng)
-        return np.concatenate([position, pin.Quaternion(rotation).coeffs(), joints])
+            positions = self._at_surfaces(orientations, rng)
+        return np.concatenate([positions, orientations, postures], axis=1)
 
-    def _at_surface(self, rotation: Array, rng: np.random.Generator) -> Array:
-        if rng.random() < AREA_WEIGHTED:
-            i = int(np.searchsorted(self._cumulative, rng.random()))
-        else:
-            i = int(rng.integers(len(self._triangles)))
-        a, b, c = self._triangles[min(i, len(self._triangles) - 1)]
-        u, v = rng.random(2)
-        if u + v > 1:
-            u, v = 1 - u, 1 - v
-        point = a + u * (b - a) + v * (c - a)
+    def _at_surfaces(self, orientations: Array, rng: np.random.Generator) -> Array:
+        """Positions (n, 3) over, or with an effector on, random points of random surfaces."""
+        count = len(orientations)
+        by_area = np.searchsorted(self._cumulative, rng.random(count))
+        evenly = rng.integers(len(self._triangles), size=count)
+        chosen = np.where(rng.random(count) < AREA_WEIGHTED, by_area, evenly)
+        chosen = np.minimum(chosen, len(self._triangles) - 1)
+        a, b, c = np.swapaxes(self._triangles[chosen], 0, 1)
+        u, v = rng.random((2, count, 1))
+        u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+        points = a + u * (b - a) + v * (c - a)
         if self._reach is not None:
-            return np.asarray(point - rotation @ self._reach[rng.integers(len(self._reach))])
-        height = self._height * rng.uniform(*HEIGHTS)
-        return np.asarray(point + height * self._normals[i])
+            reached = self._reach[rng.integers(len(self._reach), size=count)]
+            return np.asarray(points - Rotation.from_quat(orientations).apply(reached))
+        heights = self._height * rng.uniform(*HEIGHTS, (count, 1))
+        return np.asarray(points + heights * self._normals[chosen])
+
+
+def _quaternions(yaw: Array, pitch: Array, roll: Array) -> Array:
+    """Unit quaternions (n, 4) of turns about z, then y, then x, each about the turned axis."""
+    angles = np.stack([yaw, pitch, roll], axis=1)
+    return np.asarray(Rotation.from_euler("ZYX", angles).as_quat())
 
 
 def effector_places(data: RobotData) -> Array:

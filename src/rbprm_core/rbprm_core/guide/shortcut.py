@@ -7,7 +7,7 @@ import numpy as np
 from rbprm_core.budget import Budget
 from rbprm_core.guide.edge import EdgeTest
 from rbprm_core.guide.path import GuidePath
-from rbprm_core.guide.space import distance
+from rbprm_core.guide.space import StraightWay
 
 LEAST_GAIN = 1e-6  # metres
 
@@ -23,7 +23,7 @@ def shorten(
         first, second = np.sort(rng.uniform(0, path.length, 2))
         a, b = path.at(first), path.at(second)
         # Two points of one edge are as far apart as the path between them: nothing to gain.
-        if float(distance(a, b)) < second - first - LEAST_GAIN and edges.holds(a, b):
+        if StraightWay(a, b).length < second - first - LEAST_GAIN and edges.holds(a, b):
             before, after = path.marks <= first, path.marks >= second
             path = GuidePath(np.concatenate([path.nodes[before], [a, b], path.nodes[after]]))
     return path

@@ -6,6 +6,7 @@ the j joints that are planned with the root.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,7 @@ from rbprm_core.placement import Placement
 Array = NDArray[np.float64]
 
 ANGLE_WEIGHT = 0.5  # metres that one radian of root rotation counts in distances
+SMALL_ANGLE = 1e-6  # radians; arcs below it are straight to the last digit but one
 BOUNDS_SLACK = 1e-6  # metres and radians; a start on its bound is inside
 
 
@@ -86,7 +88,7 @@ class RootSpace:
             return True
         ends = np.concatenate([[0.0], np.sort(shares), [1.0]])
         return all(
-            self.contains(root) for root in interpolate_all(a, b, (ends[1:] + ends[:-1]) / 2)
+            self.contains(root) for root in StraightWay(a, b).at_all((ends[1:] + ends[:-1]) / 2)
         )
 
     def require(self, root: Array, pose: Placement, field: str) -> None:
@@ -143,23 +145,54 @@ def turned_angle(a: Array, b: Array) -> Array:
     return np.asarray(4 * np.arcsin(np.minimum(np.minimum(near, far) / 2, 1.0)))
 
 
-def interpolate(a: Array, b: Array, t: float) -> Array:
-    """Straight line in position and root joints, great arc in orientation; t in [0, 1]."""
-    return np.asarray(interpolate_all(a, b, np.array([t]))[0])
+class StraightWay:
+    """The way between two root configurations (7 + j,): a straight line in position and root
+    joints, a great arc in orientation.
 
+    Edges of guides are tested thousands of times a plan, a few points each: what depends on the
+    ends alone is computed once, and one point without the overhead of arrays of points.
 
-def interpolate_all(a: Array, b: Array, shares: Array) -> Array:
-    """The points (n, 7 + j) of the way from a to b at some shares (n,) of it; see `interpolate`."""
-    t = shares[:, None]
-    roots = a + t * (b - a)
-    p, q = a[3:7], b[3:7]
-    cosine = float(p @ q)
-    if cosine < 0:
-        q, cosine = -q, -cosine
-    if cosine > 1 - 1e-9:
-        mixed = p + t * (q - p)
-    else:
-        angle = np.arccos(cosine)
-        mixed = (np.sin((1 - t) * angle) * p + np.sin(t * angle) * q) / np.sin(angle)
-    roots[:, 3:7] = mixed / np.sqrt((mixed * mixed).sum(axis=1))[:, None]
-    return np.asarray(roots)
+    Attributes:
+        moved: metres between the positions. turned: radians between the orientations.
+        joints_turned: (j,) how far each root joint moves.
+    """
+
+    def __init__(self, a: Array, b: Array) -> None:
+        self._a, self._gap = a, b - a
+        self._p, q = a[3:7], b[3:7]
+        straight, flipped = self._gap[3:7], self._p + q  # q and -q are one orientation
+        near, far = math.sqrt(straight @ straight), math.sqrt(flipped @ flipped)
+        self._q = q if near <= far else -q
+        self._half_angle = 2 * math.asin(min(min(near, far) / 2, 1.0))
+        self.moved = math.sqrt(self._gap[:3] @ self._gap[:3])
+        self.turned = 2 * self._half_angle
+        self.joints_turned = np.abs(self._gap[7:])
+
+    @property
+    def length(self) -> float:
+        """`distance` between the ends, metres."""
+        joints = float(self.joints_turned.sum()) if len(self.joints_turned) else 0.0
+        return self.moved + ANGLE_WEIGHT * (self.turned + joints)
+
+    def at(self, t: float) -> Array:
+        """The root configuration (7 + j,) at a share t of the way, in [0, 1]."""
+        root = self._a + t * self._gap
+        angle = self._half_angle
+        if angle < SMALL_ANGLE:
+            mixed = (1 - t) * self._p + t * self._q
+        else:
+            mixed = math.sin((1 - t) * angle) * self._p + math.sin(t * angle) * self._q
+        root[3:7] = mixed / math.sqrt(mixed @ mixed)
+        return np.asarray(root)
+
+    def at_all(self, shares: Array) -> Array:
+        """The root configurations (n, 7 + j) at shares (n,) of the way."""
+        t = shares[:, None]
+        roots = self._a + t * self._gap
+        angle = self._half_angle
+        if angle < SMALL_ANGLE:
+            mixed = (1 - t) * self._p + t * self._q
+        else:
+            mixed = np.sin((1 - t) * angle) * self._p + np.sin(t * angle) * self._q
+        roots[:, 3:7] = mixed / np.sqrt((mixed * mixed).sum(axis=1))[:, None]
+        return np.asarray(roots)

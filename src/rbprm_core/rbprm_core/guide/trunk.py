@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbprm_core.guide.placements import RootPlacements
-from rbprm_core.guide.space import interpolate, turned_angle
+from rbprm_core.guide.space import StraightWay
 from rbprm_core.robot.bodies import convex
 from rbprm_core.robot.model import ROOT_JOINT, Robot
 from rbprm_core.robot.volumes import TrunkPiece
@@ -44,8 +44,8 @@ class TrunkTest:
         placements = self._placements.at(root)
         return any(self._near(k, placement, 0.0) for k, placement in enumerate(placements))
 
-    def sweep_hits(self, a: Array, b: Array) -> bool:
-        """True where a piece touches the mesh anywhere on the way from a to b, or comes near to it.
+    def sweep_hits(self, way: StraightWay) -> bool:
+        """True where a piece touches the mesh anywhere on a way, or comes near to it.
 
         Conservative advancement by halves. No point of a piece moves farther, on half a stretch of
         the way, than the root does, plus the angle it turns times the piece's distance from the
@@ -55,12 +55,11 @@ class TrunkTest:
         """
         if not self._pieces:
             return False
-        turned = np.concatenate([[turned_angle(a, b)], np.abs(b[7:] - a[7:])])
-        ways = float(np.linalg.norm(b[:3] - a[:3])) + self._levers @ turned
+        ways = way.moved + self._levers @ np.concatenate([[way.turned], way.joints_turned])
         stretches = deque([(0.5, 0.5, list(range(len(self._pieces))))])  # middle, half, pieces
         while stretches:  # wide stretches first: what fails mostly fails near the middle
             middle, half, pieces = stretches.popleft()
-            placements = self._placements.at(interpolate(a, b, middle))
+            placements = self._placements.at(way.at(middle))
             close = [k for k in pieces if self._near(k, placements[k], half * ways[k])]
             if any(half * ways[k] <= CLEARANCE or self._near(k, placements[k], 0) for k in close):
                 return True
