@@ -26,7 +26,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from rbprm_ros.qos import CALLS, LATCHED
+from rbprm_ros.qos import CALLS, LATCHED, LATCHED_STREAM
 
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"  # of our clients and of what they start
 
@@ -109,7 +109,7 @@ class Executive:
             (PathMessage, "guide_path", self.guides),
             (PlannerStatus, "status", self.statuses),
         ):
-            self.node.create_subscription(kind, f"{NODE}/{topic}", kept.append, LATCHED)
+            self.node.create_subscription(kind, f"{NODE}/{topic}", kept.append, LATCHED_STREAM)
 
     def wait_for_planner(self) -> None:
         """Wait until the plan service is there."""
