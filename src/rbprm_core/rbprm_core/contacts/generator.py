@@ -15,12 +15,13 @@ from rbprm_core.contacts.footholds import FootholdFinder, Footholds
 from rbprm_core.contacts.heuristics import check_names
 from rbprm_core.contacts.look_ahead import LookAhead
 from rbprm_core.contacts.options import GeneratorOptions
+from rbprm_core.contacts.stability import Stability
 from rbprm_core.contacts.state import Contact, State
 from rbprm_core.contacts.tally import Tally
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.projection import project, project_with_base, touch
 from rbprm_core.scene import Scene
-from rbprm_core.statics import GRIP_FORCE, Equilibrium, grip_robustness, robustness
+from rbprm_core.statics import GRIP_FORCE
 
 Array = NDArray[np.float64]
 
@@ -28,7 +29,6 @@ DOUBT = 0.004
 """Of the weight: b0 that may be gained between the expected centre of mass and the true one, which
 are a centimetre or two apart."""
 TIED = 1e-6  # cubic metres; a manipulability (equation 17) that is told from rounding
-CLOSED = 1e-3  # of the grip force; b0 without weight that is told from rounding
 
 
 class ContactGenerator:
@@ -56,11 +56,9 @@ class ContactGenerator:
         self._budget = Budget() if budget is None else budget
         self.robot = data.robot
         self.scene = scene
-        self._gravity, self._mass, self._grip_force = gravity, data.robot.mass, grip_force
-        self._weightless = not (self._mass * gravity).any()
-        self._least = CLOSED * grip_force if self._weightless else 0.0
-        self.threshold = max(threshold, self._least) if self._weightless else threshold
-        self._doubt = DOUBT * self._mass * float(np.linalg.norm(gravity))
+        self._stability = Stability(data.robot.mass, gravity, grip_force, threshold)
+        self.threshold = self._stability.threshold
+        self._doubt = DOUBT * data.robot.mass * float(np.linalg.norm(gravity))
         self.options = options
         self.tally = Tally()
         self.collision = CollisionModel(data, scene, self._budget)
@@ -74,7 +72,11 @@ class ContactGenerator:
     @property
     def floor(self) -> float:
         """Least b0 that is taken as a last resort: the threshold, unless asked for less."""
-        return min(self.threshold, self._least) if self.options.most_robust else self.threshold
+        return (
+            min(self.threshold, self._stability.least)
+            if self.options.most_robust
+            else self.threshold
+        )
 
     def generate(
         self,
@@ -207,19 +209,12 @@ class ContactGenerator:
 
     def _b0(self, contacts: Sequence[Contact], com: Array) -> float:
         with self.tally.timed("statics"):
-            if not contacts:
-                return -np.inf
-            points = np.concatenate([c.points for c in contacts])
-            generators = np.concatenate([c.generators for c in contacts])
-            if self._weightless:
-                return grip_robustness(points, generators, self._grip_force)
-            problem = Equilibrium.of(points, generators, com, self._mass, self._gravity)
-            return robustness(problem)
+            return self._stability.b0(contacts, com)
 
     def _balance(self, q: Array, limb: int, base: pin.SE3) -> Balance:
         """Where the centre of mass would be with a limb as in any of its samples."""
         this = self.robot.limbs[limb]
-        share = this.kinematics.mass / self._mass
+        share = this.kinematics.mass / self.robot.mass
         now = base.act(this.kinematics.com(q[this.q_index]))
         return Balance(self.com(q) - share * now, share, base, self._databases[limb].coms)
 

@@ -9,7 +9,7 @@ from rbprm_core.guide.edge import EdgeTest
 from rbprm_core.guide.path import GuidePath
 from rbprm_core.guide.space import StraightWay
 
-LEAST_GAIN = 1e-6  # metres
+LEAST_GAIN = 0.01  # share of the way; a smaller one is not worth the test of an edge
 
 
 def shorten(
@@ -23,7 +23,7 @@ def shorten(
         first, second = np.sort(rng.uniform(0, path.length, 2))
         a, b = path.at(first), path.at(second)
         # Two points of one edge are as far apart as the path between them: nothing to gain.
-        if StraightWay(a, b).length < second - first - LEAST_GAIN and edges.holds(a, b):
+        if StraightWay(a, b).length < (1 - LEAST_GAIN) * (second - first) and edges.holds(a, b):
             before, after = path.marks <= first, path.marks >= second
             path = GuidePath(np.concatenate([path.nodes[before], [a, b], path.nodes[after]]))
     return path

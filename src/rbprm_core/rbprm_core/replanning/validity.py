@@ -17,8 +17,8 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from rbprm_core.contacts.collision import LIFT
-from rbprm_core.contacts.generator import CLOSED
 from rbprm_core.contacts.resume import ROUNDING
+from rbprm_core.contacts.stability import Stability
 from rbprm_core.contacts.state import Contact, State
 from rbprm_core.errors import InvalidInput
 from rbprm_core.robot.data import RobotData
@@ -26,13 +26,7 @@ from rbprm_core.scene import Scene, Surface
 from rbprm_core.scene.carrier import carrier
 from rbprm_core.scene.changes import added_triangles
 from rbprm_core.scene.scene import mesh_shape
-from rbprm_core.statics import (
-    GRIP_FORCE,
-    Equilibrium,
-    cone_generators,
-    grip_robustness,
-    robustness,
-)
+from rbprm_core.statics import GRIP_FORCE, cone_generators
 
 Array = NDArray[np.float64]
 
@@ -105,11 +99,9 @@ class Watch:
                 raise InvalidInput(f"states.{i}.q", state.q.tolist(), reason)
         self.states = tuple(states)
         self._names = [limb.name for limb in robot.limbs]
-        self._mass, self._gravity, self._grip_force = robot.mass, gravity, grip_force
-        self._weightless = not (robot.mass * gravity).any()
-        self._least = max(threshold, CLOSED * grip_force) if self._weightless else threshold
+        self._stability = Stability(robot.mass, gravity, grip_force, threshold)
         self._bodies = _PlacedBodies(data, self.states)
-        self._planned = [self._b0(state, state.contacts) for state in self.states]
+        self._planned = [self._stability.b0(state.contacts, state.com) for state in self.states]
 
     def invalid(
         self, scene: Scene, first: int = 0, before: Scene | None = None
@@ -162,22 +154,13 @@ class Watch:
         state, value = self.states[i], self._planned[i]
         frictions = [0.0 if surface is None else surface.friction for surface in on]
         if any(mu != c.friction for mu, c in zip(frictions, state.contacts, strict=True)):
-            value = self._b0(
-                state, [_rubbing(c, mu) for c, mu in zip(state.contacts, frictions, strict=True)]
-            )
-        if value >= self._least - ROUNDING:
+            rubbing = [_rubbing(c, mu) for c, mu in zip(state.contacts, frictions, strict=True)]
+            value = self._stability.b0(rubbing, state.com)
+        least = self._stability.threshold
+        if value >= least - ROUNDING:
             return None
-        text = f"robustness {value:.3g} N under {self._least:g} N"
+        text = f"robustness {value:.3g} N under {least:g} N"
         return InvalidState(i, Reason.NOT_IN_EQUILIBRIUM, "", "", text)
-
-    def _b0(self, state: State, contacts: Sequence[Contact]) -> float:
-        if not contacts:
-            return -np.inf
-        points = np.concatenate([c.points for c in contacts])
-        generators = np.concatenate([c.generators for c in contacts])
-        if self._weightless:
-            return grip_robustness(points, generators, self._grip_force)
-        return robustness(Equilibrium.of(points, generators, state.com, self._mass, self._gravity))
 
 
 class _PlacedBodies:
