@@ -64,14 +64,14 @@ class Process:
         tasks = Path(f"/proc/{self.popen.pid}/task").glob("*/children")
         return [int(pid) for task in tasks for pid in task.read_text().split()]
 
-    def worker(self) -> int:
-        """Id of the planning process."""
-        wait_until(lambda: len(self._planning()) == 1, "a planning process")
-        return self._planning()[0]
+    def worker(self, purpose: str = "planning") -> int:
+        """Id of the process that plans, or watches."""
+        wait_until(lambda: len(self._workers(purpose)) == 1, f"a {purpose} process")
+        return self._workers(purpose)[0]
 
-    def _planning(self) -> list[int]:
-        """Ids of the planning processes that are alive."""
-        return [pid for pid in self.children() if role(pid) == "planning"]
+    def _workers(self, purpose: str) -> list[int]:
+        """Ids of the processes for something that are alive."""
+        return [pid for pid in self.children() if role(pid) == purpose]
 
     def stop(self, number: int = signal.SIGINT, timeout: float = 5.0) -> int:
         """Send a signal; returns the exit code."""

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+import shutil
 from collections.abc import Callable
 from copy import deepcopy
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 from geometry_msgs.msg import Point, Quaternion
 from rbprm_msgs.msg import PlanningResult, PolygonRing, Surface, SurfaceArray
-from rbprm_msgs.srv import Plan
+from rbprm_msgs.srv import ListRobots, Plan
 
 if TYPE_CHECKING:
     from conftest import Executive, Site
@@ -196,3 +198,17 @@ def test_bad_parameter_at_start(argument: str, name: str, site: Site) -> None:
     process = site.start("planner_node", "--ros-args", "-p", argument)
     assert process.popen.wait(20) == 2
     assert name in process.log.read_text()
+
+
+def test_call_that_has_no_way_to_tell_an_error_is_answered(
+    site: Site, quick_hyq: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "mine.toml"
+    shutil.copy(quick_hyq, file)
+    planner = site.start("planner_node", "--ros-args", "-p", f"robot:={file}")
+    planner.wait_for("up;")
+    file.unlink()
+    executive = site.executive()
+    answer = executive.ask(ListRobots, "list_robots", ListRobots.Request(), timeout=10.0)
+    assert (answer.default_robot, answer.robots) == (str(file), [])
+    assert "mine.toml" in planner.log.read_text()

@@ -57,9 +57,6 @@ from rbprm_ros.qos import CALLS
 if TYPE_CHECKING:
     from conftest import Executive, Process, Site
 
-if TYPE_CHECKING:
-    pass
-
 MANY = settings(
     max_examples=400,
     deadline=None,
@@ -68,7 +65,9 @@ MANY = settings(
     suppress_health_check=list(HealthCheck),
     phases=[Phase.generate],  # a seed is as short as a case gets, and tracing is slow
 )
-SETTINGS = parse_settings({"max_surfaces": 50, "max_vertices": 100, "max_triangles": 100})
+SETTINGS = parse_settings(
+    {"max_surfaces": 50, "max_vertices": 100, "max_triangles": 100, "max_states": 100}
+)
 NODE = "/rbprm_planner"
 WAVES = 25  # of eight messages each, to a real node
 MOST_GROWTH = 30.0  # megabytes over all waves
@@ -233,7 +232,7 @@ def known() -> Environment:
 def base(sequence: ContactSequence, known: Environment) -> Published:
     """A published sequence of those states."""
     job = job_of_message(make_request(), SETTINGS, known)
-    return Published("an id", 0, 0, read_sequence(sequence), job, 0, 0)
+    return Published("an id", 0, 0, read_sequence(sequence, SETTINGS.max_states), job, 0, 0)
 
 
 def value_or_field(message: Any, read: Callable[[Any], object]) -> object:
@@ -315,7 +314,7 @@ def test_requests(seed: int, known: Environment) -> None:
 @given(seed=seeds)
 def test_sequences(seed: int, sequence: ContactSequence, robot: Robot) -> None:
     def read(message: Validate.Request) -> ContactPlan:
-        plan = read_sequence(message.sequence)
+        plan = read_sequence(message.sequence, SETTINGS.max_states)
         restored_states(plan.states, robot, "sequence.states")
         return plan
 

@@ -126,6 +126,11 @@ def test_sequence_that_cannot_be_read_names_its_field(
     spoilt = deepcopy(sequence)
     spoilt.states[0].contacts[1].pose.position.x = 1e9
     assert field_of(spoilt) == "sequence.states.0.contacts.1.pose.position"
+    spoilt = deepcopy(sequence)
+    spoilt.states = spoilt.states[:1] * 1001
+    result = validate(executive, spoilt).result
+    assert (result.field, result.value) == ("sequence.states", "1001 states")
+    assert "max_states is 1000" in result.text
     assert validate(executive).valid  # of the published one, after all of them
 
 

@@ -156,20 +156,24 @@ class PlannerClient:
         self._on_sequence += [] if on_sequence is None else [on_sequence]
         self._on_status += [] if on_status is None else [on_status]
 
+    @property
+    def found(self) -> bool:
+        """Whether the planner's interfaces are all there.
+
+        One that was killed counts as there until DDS gives it up, by default after 20 seconds.
+        """
+        services = all(service.service_is_ready() for service in self._services.values())
+        heard = self._execution.get_subscription_count() > 0 and self.status is not None
+        return services and heard and self._action.server_is_ready()
+
     def wait_for_planner(self, timeout: float) -> None:
-        """Wait until the planner's interfaces are all there.
+        """Wait until the planner is found.
 
         Raises:
-            PlannerTimeout: they are not.
+            PlannerTimeout: it is not.
         """
-
-        def found() -> bool:
-            services = all(service.service_is_ready() for service in self._services.values())
-            heard = self._execution.get_subscription_count() > 0 and self.status is not None
-            return services and heard and self._action.server_is_ready()
-
         hint = f"planner {self._planner}; is it started, in this ROS domain and of this name?"
-        self.wait_until(found, hint, timeout)
+        self.wait_until(lambda: self.found, hint, timeout)
 
     def plan(
         self, goal: PlanContacts.Goal | Plan.Request, timeout: float = ANSWER_TIMEOUT

@@ -144,8 +144,12 @@ class Executive:
         identity = call.result(0.0).sequence.sequence_id
         client = self._client
         client.wait_until(
-            lambda: client.sequence is not None and client.sequence.sequence_id == identity,
-            "sequence on its topic",
+            lambda: (
+                client.sequence is not None
+                and client.status is not None
+                and client.sequence.sequence_id == client.status.sequence_id == identity
+            ),
+            "sequence and its status on their topics",
             self._mission.timeout,
         )
         assert client.sequence is not None
@@ -206,9 +210,14 @@ class Executive:
         Raises:
             MissionFailed: it is none that can be gone on with from a state.
         """
-        newest = self._client.sequence
-        if newest is None or newest.sequence_id != sequence.sequence_id:
-            raise MissionFailed("the planner published another sequence, or was started again")
+        newest, status = self._client.sequence, self._client.status
+        assert newest is not None  # `_plan` waited for both
+        assert status is not None
+        # One that was started again publishes no sequence, but its status names none.
+        if {newest.sequence_id, status.sequence_id} != {sequence.sequence_id}:
+            raise MissionFailed("the planner has another sequence, or was stopped or started again")
+        if not self._client.found:
+            raise MissionFailed("the planner is gone, and nobody looks whether the rest holds")
         if newest.revision == sequence.revision:
             return sequence
         first = newest.first_changed_state

@@ -65,6 +65,7 @@ class Settings:
         max_obstacles: most obstacles that are held.
         max_triangles: most triangles of all obstacles together, and of one mesh or message.
         max_vertices: most vertices of one polygon, holes included.
+        max_states: most states of a sequence that is sent to be validated.
         classification: how a normal decides what a surface is good for.
         marker_friction: friction coefficient of the surfaces found in marker triangles.
         autostart: come up active; otherwise the node waits to be configured and activated.
@@ -81,6 +82,7 @@ class Settings:
     max_obstacles: Annotated[int, Field(ge=0)] = 1_000
     max_triangles: Annotated[int, Field(ge=0)] = 100_000
     max_vertices: Annotated[int, Field(ge=3)] = 1_000
+    max_states: Annotated[int, Field(ge=1)] = 1_000
     classification: Classification = field(default_factory=Classification)
     marker_friction: Annotated[float, Field(ge=0)] = 0.5
     autostart: bool = True

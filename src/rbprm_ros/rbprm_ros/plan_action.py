@@ -50,10 +50,6 @@ class PlanAction:
             result_timeout=RESULT_KEPT,
         )
 
-    def close(self) -> None:
-        """Serve no more."""
-        self._server.destroy()
-
     def _accept(self, handle: ServerGoalHandle) -> None:
         """A goal came: the one before makes room for it."""
         self.goals += 1

@@ -104,10 +104,8 @@ class PlannerNode(LifecycleNode):
         self.get_logger().info(f"up; frame {frame}")
 
     def close(self) -> None:
-        """Stop planning; calls under way get the code CANCELLED."""
-        self._active = False
-        if self._planning is not None:
-            self._planning.close()
+        """Stop planning and take back what is published; calls under way get the code CANCELLED."""
+        self._end()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start the planning processes."""
@@ -211,14 +209,16 @@ class PlannerNode(LifecycleNode):
             self._outbox.status(planning.standing, planning.published, self._environment.snapshot)
 
     def _serve(self, kind: Any, name: str, serve: Callable[[Any, Any], Awaitable[None]]) -> None:
-        """Offer a service whose answer has a `result`, into which whatever goes wrong is put."""
+        """Offer a service that always answers; in the answer's `result` is what went wrong."""
 
         async def answer(message: Any, response: Any) -> Any:
             self._calls += 1
             try:
                 await serve(message, response)
             except Exception as error:
-                response.result = self._outbox.refusal(error)
+                refusal = self._outbox.refusal(error)
+                if hasattr(response, "result"):  # those that only tell something have none
+                    response.result = refusal
             finally:
                 self._calls -= 1
             return response
@@ -292,7 +292,7 @@ class PlannerNode(LifecycleNode):
     async def _on_validate(self, message: Validate.Request, response: Validate.Response) -> None:
         planning = self._required()
         if message.sequence.states:
-            plan = read_sequence(message.sequence)
+            plan = read_sequence(message.sequence, self._settings().max_states)
             base = planning.published
             own = base is not None and base.id == message.sequence.sequence_id
             known = (*known_robots(), self._settings().robot)

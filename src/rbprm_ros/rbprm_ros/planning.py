@@ -63,11 +63,13 @@ class Planning:
         self.watcher = PlanningWorker(robot, ignore, "watching")
         self.published: Published | None = None
         self.standing = Standing()
+        self._told: tuple[Published | None, Standing] = None, self.standing
         self._works: set[WorkFuture[Result]] = set()  # plans that callers wait for
         self._watching = self._stale = False
         self._halted = True
         self._replanning: WorkFuture[Result] | None = None
         self._restarts = 0
+        self._lost = False  # whether the newest look has to be taken again in a new process
 
     def prepare(self, log: RcutilsLogger) -> None:
         """Have both processes up and the default robot's data at hand."""
@@ -112,13 +114,19 @@ class Planning:
             RbprmError: why there is none; OUTDATED where another revision came first.
         """
         plan = await self._planned(job, ignore, submitted)
-        if self.published is not base:
-            text = f"sequence {base.id} has another revision now; ask again"
-            raise NodeError(NodeCode.OUTDATED, text)
-        if not job.measured and len(job.kept) <= self.standing.executed:
-            text = f"the robot went on to state {self.standing.executed} meanwhile; ask again"
+        text = self._outdated(job, base)
+        if text:
+            self._stand(activity=self._resting(self.standing.invalid))
             raise NodeError(NodeCode.OUTDATED, text)
         return self._publish_revision(job, base, plan)
+
+    def _outdated(self, job: Job, base: Published) -> str:
+        """Why a revision is for nothing; "" where it is not."""
+        if self.published is not base:
+            return f"sequence {base.id} has another revision now; ask again"
+        if not job.measured and len(job.kept) <= self.standing.executed:
+            return f"the robot went on to state {self.standing.executed} meanwhile; ask again"
+        return ""
 
     async def validate(
         self, robot: RobotChoice, key: str, plan: ContactPlan, first: int
@@ -205,7 +213,7 @@ class Planning:
             self.planner.cancel(self._replanning)
         self.published = published
         self._on_published(published)
-        activity = Activity.VALID if published.complete else Activity.FAILED
+        activity = self._resting(())
         self._stand(activity=activity, invalid=(), executed=executed, failure=SUCCEEDED)
         snapshot = published.job.snapshot
         if snapshot is None or snapshot.version != self._environment.snapshot.version:
@@ -241,9 +249,14 @@ class Planning:
         try:
             invalid = await self.validate(base.job.robot, base.key, base.plan, ahead)
         except RbprmError as error:
-            if self.published is base:
-                self._stand(activity=Activity.FAILED, failure=failure_of(error))
+            failure = failure_of(error)
+            self._lost = failure.code == NodeCode.WORKER_LOST and not self._lost
+            if self._lost:  # once more: what kills one process may kill them all
+                self._stale = True
+            elif self.published is base:
+                self._stand(activity=Activity.FAILED, failure=failure)
             return
+        self._lost = False
         if self.published is not base:
             self._stale = True
             return
@@ -336,7 +349,7 @@ class Planning:
         return Activity.VALID if self.published.complete else Activity.FAILED
 
     def _stand(self, **changes: object) -> None:
-        standing = replace(self.standing, **changes)  # type: ignore[arg-type]
-        if standing != self.standing:
-            self.standing = standing
+        self.standing = replace(self.standing, **changes)  # type: ignore[arg-type]
+        if self._told != (self.published, self.standing):
+            self._told = self.published, self.standing
             self._on_standing()

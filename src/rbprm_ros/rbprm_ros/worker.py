@@ -87,11 +87,6 @@ class PlanningWorker:
         return self._put(_Task(Preparation("preparation", self._robot), self._report))
 
     @property
-    def waiting(self) -> int:
-        """Pieces of work that wait or are under way."""
-        return self._tasks.qsize() + (self._running is not None)
-
-    @property
     def alive(self) -> bool:
         """Whether the process is there."""
         process = self._process

@@ -133,12 +133,15 @@ def plan_of_messages(
     )
 
 
-def read_sequence(message: ContactSequence) -> ContactPlan:
+def read_sequence(message: ContactSequence, most_states: int) -> ContactPlan:
     """A sequence that anybody may have sent, as a plan without environment and guide.
 
     Raises:
         InvalidInput: names the field at fault.
     """
+    if len(message.states) > most_states:
+        reason = f"are too many; the parameter max_states is {most_states}"
+        raise InvalidInput("sequence.states", f"{len(message.states)} states", reason)
     states = tuple(
         read_state(state, f"sequence.states.{i}") for i, state in enumerate(message.states)
     )

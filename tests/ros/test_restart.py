@@ -1,0 +1,82 @@
+"""Planner and executive as processes: stopped, started again, replaced by others."""
+
+from __future__ import annotations
+
+import signal
+from typing import TYPE_CHECKING
+
+from rbprm_msgs.msg import PlannerStatus, PlanningResult, SurfaceArray
+from rbprm_msgs.srv import GetEnvironment, Plan, Replan, SetEnvironment, Validate
+
+if TYPE_CHECKING:
+    from conftest import Executive, Process, Site
+
+
+def known(executive: Executive) -> set[str]:
+    """Ids of the surfaces that the planner knows."""
+    answer = executive.ask(GetEnvironment, "get_environment", GetEnvironment.Request())
+    return {surface.id for surface in answer.environment.surfaces}
+
+
+def give(executive: Executive, surfaces: SurfaceArray) -> None:
+    """Set the planner's environment."""
+    request = SetEnvironment.Request(environment=surfaces)
+    assert executive.ask(SetEnvironment, "set_environment", request).result.code == 0
+
+
+def walker(site: Site, rate: float) -> Process:
+    """An executive that walks HyQ over flat ground, so many states a second."""
+    mission = ("-p", "scenario:=flat", "-p", "edits:=false", "-p", f"rate:={rate}")
+    process = site.start("executive", "--ros-args", *mission)
+    process.wait_for("plan of")
+    return process
+
+
+def test_executive_whose_plan_is_replaced_and_whose_planner_stops(site: Site) -> None:
+    planner = site.start("planner_node")
+    first = walker(site, 1.0)
+    second = walker(site, 1.0)
+    assert first.popen.wait(5.0) == 1
+    assert "has another sequence" in first.log.read_text()
+    assert second.popen.poll() is None
+    assert planner.stop(signal.SIGTERM) == 0
+    assert second.popen.wait(5.0) == 1
+    assert "was stopped or started again" in second.log.read_text()
+
+
+def test_planner_started_again(
+    site: Site, ground: SurfaceArray, request_on_ground: Plan.Request
+) -> None:
+    planner, before = site.start("planner_node"), site.executive()
+    walking = walker(site, 1.0)
+    before.listen()
+    told, sequences = before.statuses, before.sequences
+    before.spin_until(lambda: told and told[-1].state == PlannerStatus.VALID, "its status")
+    before.spin_until(lambda: bool(sequences), "the sequence")
+    planner.popen.kill()
+    planner.popen.wait()
+    site.start("planner_node")
+    # Who was there is told that the sequence counts no more; who comes is not told of any.
+    before.spin_until(lambda: told[-1].state == PlannerStatus.IDLE, "status IDLE")
+    assert (told[-1].sequence_id, told[-1].environment_version) == ("", 0)
+    assert walking.popen.wait(5.0) == 1
+    # Whichever it sees first: that nobody serves it for a moment, or the new one's status.
+    ends = ("the planner is gone", "was stopped or started again")
+    assert any(end in walking.log.read_text() for end in ends)
+    after = site.executive()
+    after.listen()
+    assert known(after) == set()
+    after.spin_until(lambda: bool(after.statuses), "a status")
+    assert (after.statuses[-1].state, after.statuses[-1].sequence_id) == (PlannerStatus.IDLE, "")
+    assert after.sequences == []
+    assert after.call(request_on_ground).result.field == "surfaces"
+    gone = Replan.Request(sequence_id=sequences[-1].sequence_id)
+    assert after.ask(Replan, "replan", gone).result.code == PlanningResult.UNKNOWN_SEQUENCE
+    # The environment is given again; what was kept of the sequence can be held against it.
+    floor = ground.surfaces[0]
+    floor.id = sequences[-1].states[0].contacts[0].surface_id
+    give(after, ground)
+    kept = Validate.Request(sequence=sequences[-1])
+    found = after.ask(Validate, "validate", kept)
+    assert found.result.code == PlanningResult.SUCCESS, found.result.text
+    assert after.call(request_on_ground).result.code == PlanningResult.SUCCESS
