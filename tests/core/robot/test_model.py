@@ -164,8 +164,9 @@ def test_a_urdf_whose_meshes_are_missing(tmp_path: Path) -> None:
     text = find_resource(load_description("hyq").urdf, "urdf").read_text()
     file = tmp_path / "lost.urdf"
     file.write_text(text.replace("package://", "package://nowhere/"))
+    robot = robot_with(urdf=str(file))
     with pytest.raises(InvalidInput, match="meshes cannot be read") as caught:
-        robot_with(urdf=str(file))
+        robot.geometry  # noqa: B018 - it is read here
     assert caught.value.field == "robot.urdf"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -27,7 +28,6 @@ class Robot:
     Attributes:
         description: where all this came from.
         model: kinematics and masses.
-        geometry: collision geometry as the URDF gives it, with the pairs that the SRDF leaves.
         limbs: in the order of the description.
         low, high: (nq,) limits; infinite for the root.
         reference: (nq,) the reference posture with the root at the origin.
@@ -38,7 +38,6 @@ class Robot:
 
     description: RobotDescription
     model: pin.Model
-    geometry: pin.GeometryModel
     limbs: tuple[Limb, ...]
     low: Array
     high: Array
@@ -46,6 +45,17 @@ class Robot:
     joint_names: tuple[str, ...]
     root_joints: tuple[int, ...]
     root_index: NDArray[np.int_]
+
+    @cached_property
+    def geometry(self) -> pin.GeometryModel:
+        """Collision geometry as the URDF gives it, with the pairs that the SRDF leaves.
+
+        Read when first asked for: meshes take a hundred times as long as the rest of the robot.
+
+        Raises:
+            InvalidInput: meshes that cannot be read.
+        """
+        return _read_geometry(self.model, self.description)
 
     @property
     def name(self) -> str:
@@ -73,7 +83,7 @@ class Robot:
 
     @staticmethod
     def load(description: RobotDescription) -> Robot:
-        """Read URDF and SRDF and resolve every name.
+        """Read URDF and SRDF, but for the meshes, and resolve every name.
 
         The limbs are the description's default ones; `RobotDescription.using` chooses others.
 
@@ -99,7 +109,6 @@ class Robot:
         return Robot(
             description=description,
             model=model,
-            geometry=_read_geometry(model, description),
             limbs=limbs,
             low=low,
             high=high,
@@ -137,9 +146,13 @@ def _joint(model: pin.Model, name: str, field: str) -> int:
 def _read_model(description: RobotDescription) -> pin.Model:
     path = find_resource(description.urdf, "robot.urdf")
     try:
-        return pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())
+        model = pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())
     except (RuntimeError, ValueError) as error:
         raise InvalidInput("robot.urdf", description.urdf, f"cannot be read: {error}") from error
+    if description.srdf is not None:
+        srdf = find_resource(description.srdf, "robot.srdf")
+        pin.loadReferenceConfigurations(model, str(srdf))
+    return model
 
 
 def _limits(model: pin.Model, description: RobotDescription) -> tuple[Array, Array]:
@@ -171,7 +184,6 @@ def _read_geometry(model: pin.Model, description: RobotDescription) -> pin.Geome
     if description.srdf is not None:
         srdf = str(find_resource(description.srdf, "robot.srdf"))
         pin.removeCollisionPairs(model, geometry, srdf)
-        pin.loadReferenceConfigurations(model, srdf)
     else:
         _remove_adjacent_pairs(model, geometry)
     return geometry

@@ -13,7 +13,7 @@ from rbprm_core.robot import Robot, known_robots, load_description
 def robot_messages(*files: str) -> list[RobotInfo]:
     """All known robots by name, then robots of files.
 
-    The first call reads the robots' models, which takes a second or two; those that follow do not.
+    The first call reads the robots' models, a tenth of a second; those that follow do not.
 
     Args:
         files: paths of robot files, as requests name them; a known name is not told twice.
