@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rbprm_core.budget import Budget, Progress
 from rbprm_core.check import check_plan
+from rbprm_core.environment import load_scene
 from rbprm_core.errors import (
     Cancelled,
     GoalUnreachable,
@@ -32,7 +33,7 @@ from rbprm_core.request import PlannerOptions, PlanRequest
 from rbprm_core.result import contact_plan
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scenario import Scenario, load_scenario
-from rbprm_core.scene import Scene, Surface, make_surface
+from rbprm_core.scene import Classification, Scene, Surface, make_surface
 
 Array = NDArray[np.float64]
 Box = Callable[..., list[Surface]]
@@ -99,6 +100,16 @@ def test_flat_ground_is_crossed_cleanly(hyq_data: RobotData, seed: int) -> None:
     request = text.request_for(hyq_data.robot, seed)
     outcome = plan(request, hyq_data, text.scene(), Budget(60.0))
     assert_clean(contact_plan(outcome, request, hyq_data.robot, text.environment_entry()))
+
+
+@pytest.mark.parametrize("drop", [0.0, 1e-6])
+def test_ground_without_friction_is_crossed_cleanly(hyq_data: RobotData, drop: float) -> None:
+    """Level, and as a mesh in single precision has it: 1e-7 rad off."""
+    corners = tuple((x, y, drop * (x > 0)) for x, y, _ in SQUARE)
+    ice = EnvironmentEntry(surfaces=(SurfaceEntry(id="ice", vertices=corners, friction=0.0),))
+    scene = load_scene(ice, Classification())
+    outcome = plan(walk_to(0.5), hyq_data, scene, Budget(60.0))
+    assert_clean(contact_plan(outcome, walk_to(0.5), hyq_data.robot, ice))
 
 
 def test_another_robot_crosses_the_rubble(

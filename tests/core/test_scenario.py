@@ -17,6 +17,7 @@ from rbprm_core.validation import parse_record
 from rbprm_core.vocabulary import SurfaceKind
 
 NAN, INF = float("nan"), float("inf")
+MESH = {"file": "hpp_environments/meshes/multicontact/ground.stl"}
 SQUARE = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]
 
 
@@ -305,12 +306,51 @@ def test_a_file_that_is_no_toml(tmp_path: Path) -> None:
         ("trunk", {"link": ["trunk"]}),
         ("robots.anymal", {"time_limit": -2.0}),
         ("robots.anymal", {"colour": "red"}),
+        ("robots.anymal", {"gravity": [0.0, 0.0, -101.0]}),
+        ("request.start.position", [0.0, 1e30, 0.6]),
+        ("request.bounds.z", [-1e30, 1.0]),
+        ("request.bounds.yaw", 7.0),
+        ("request.gravity", [0.0, 0.0, -1e30]),
+        ("request.gravity", [0.0, 0.0, NAN]),
+        ("request.grip_force", 1e30),
+        ("request.robustness_threshold", 1e30),
+        ("request.time_limit", 1e30),
+        ("environment.surfaces.0.friction", 1e30),
+        ("options", {"shortcuts": 10**30}),
+        ("options", {"guides": 10**30}),
+        ("options.guide", {"resolution": 1e-30}),
+        ("options.guide.rrt", {"step": 1e30}),
+        ("options.guide.rrt", {"iterations": 10**30}),
+        ("options.guide.prm", {"neighbours": 10**30}),
+        ("options.sequence", {"step": 1e30}),
+        ("options.sequence", {"least_step": 1e-30}),
+        ("options.sequence", {"look_ahead": 1e30}),
+        ("options.sequence", {"root_slack": 1e30}),
+        ("options.generator", {"band": 1e30}),
+        ("options.generator", {"spacing": 1e-30}),
+        ("options.generator", {"candidates": 10**30}),
+        ("trunk", {"scale": 1e30}),
+        ("heuristics.lf_leg", {"effort": 1e30}),
     ],
 )
 def test_a_bad_value_names_its_field(field: str, value: Any) -> None:
     with pytest.raises(InvalidInput) as caught:
         parse(changed(field, value))
     assert field in caught.value.field or caught.value.field.endswith(field)
+
+
+@pytest.mark.parametrize("robot", ["anymall", "HyQ", ""])
+def test_changes_for_a_robot_that_there_is_not(hyq: Robot, robot: str) -> None:
+    text = parse({**content(), "robots": {robot: {"time_limit": 5.0}}})
+    for ask in (lambda: text.request_text("hyq"), lambda: text.request_for(hyq)):
+        with pytest.raises(InvalidInput, match=r"unknown; known are .*anymal") as caught:
+            ask()
+        assert (caught.value.field, caught.value.value) == ("robots", robot)
+
+
+def test_changes_for_a_users_own_robot() -> None:
+    text = parse({**content(), "robots": {"mine": {"time_limit": 5.0}}})
+    assert text.request_text("mine").time_limit == 5.0
 
 
 @pytest.mark.parametrize(
@@ -383,6 +423,16 @@ def test_a_limb_is_named_once(hyq: Robot) -> None:
             },
             "environment.meshes.0.rotation",
             "rotation matrix",
+        ),
+        (
+            {"meshes": [{**MESH, "rotation": [[1e200, 1e200, 0], [-1e200, 1e200, 0], [0, 0, 1]]}]},
+            "environment.meshes.0.rotation",
+            "rotation matrix",
+        ),
+        (
+            {"meshes": [{**MESH, "translation": [0, 0, 1e30]}]},
+            "environment.meshes.0.translation",
+            "within",
         ),
         (
             {"surfaces": [{"id": "a", "vertices": SQUARE[:2]}]},

@@ -10,10 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from rbprm_msgs.action import PlanContacts
 from rbprm_msgs.msg import PlanningResult, SurfaceArray
 from rbprm_msgs.srv import Plan
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import GetParameters, SetParameters
+from rclpy.action import ActionClient
 from rclpy.parameter import Parameter
 
 if TYPE_CHECKING:
@@ -165,6 +167,25 @@ def test_clean_end_while_planning(
     assert planner.popen.wait(STOP_TIME) == 0, planner.log.read_text()
     assert gone(worker)
     assert "Traceback" not in planner.log.read_text()
+
+
+def test_goal_is_answered_when_the_node_ends(
+    site: Site, gap: SurfaceArray, request_over_gap: Plan.Request
+) -> None:
+    planner, executive = debugging(site), site.executive()
+    client = ActionClient(executive.node, PlanContacts, "/rbprm_planner/plan_contacts")
+    executive.publish(gap)
+    executive.spin_until(client.server_is_ready, "the action")
+    fields = PlanContacts.Goal.get_fields_and_field_types()
+    goal = PlanContacts.Goal(**{name: getattr(request_over_gap, name) for name in fields})
+    sent = client.send_goal_async(goal)
+    executive.spin_until(sent.done, "an accepted goal")
+    ended = sent.result().get_result_async()
+    executive.spin_until(lambda: "guide 0%" in planner.log.read_text(), "search", 10.0)
+    planner.popen.send_signal(signal.SIGTERM)
+    executive.spin_until(ended.done, "a result", STOP_TIME)
+    assert ended.result().result.result.code == PlanningResult.CANCELLED
+    assert planner.popen.wait(STOP_TIME) == 0, planner.log.read_text()
 
 
 def test_signal_before_the_planning_process_is_ready(site: Site) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from typing import TYPE_CHECKING
 
 import pytest
@@ -26,7 +28,7 @@ from rbprm_ros.conversions import plan_of_messages
 from rbprm_ros.qos import CALLS
 
 if TYPE_CHECKING:
-    from conftest import Executive
+    from conftest import Executive, Site
 
 TOPIC = "/rbprm_planner/execution_state"
 LENGTH = 0.25  # of a tile, metres: HyQ steps over a missing one
@@ -42,6 +44,14 @@ def tile(name: str, low: float, y: float = 0.0) -> Surface:
     return Surface(id=name, vertices=vertices, friction=0.5)
 
 
+def way_to(x: float) -> Plan.Request:
+    """A request to go to somewhere on the tiles."""
+    request = Plan.Request(robustness_threshold=10.0)
+    request.start.pose.position.z = request.goal.pose.position.z = 0.6
+    request.goal.pose.position.x = x
+    return request
+
+
 TILES = [tile(f"t{i}", -0.75 + LENGTH * i) for i in range(COUNT)]
 
 
@@ -55,10 +65,7 @@ class Walk:
         executive.ask(SetParameters, "set_parameters", SetParameters.Request(parameters=[limit]))
         executive.publish(SurfaceArray(surfaces=TILES))
         executive.spin_until(lambda: known(executive) == {t.id for t in TILES}, "the tiles")
-        request = Plan.Request(robustness_threshold=10.0)
-        request.start.pose.position.z = request.goal.pose.position.z = 0.6
-        request.goal.pose.position.x = 3.0
-        answer = executive.call(request)
+        answer = executive.call(way_to(3.0))
         assert answer.result.code == PlanningResult.SUCCESS, answer.result.text
         self.first: ContactSequence = answer.sequence
         executive.listen()
@@ -255,3 +262,21 @@ def test_replan_call_from_a_measured_state(walk: Walk) -> None:
     assert answer.sequence.complete
     surfaces = [contact.surface_id for contact in answer.sequence.states[0].contacts]
     assert surfaces == [contact.surface_id for contact in measured.contacts]
+
+
+def test_changes_are_looked_at_while_a_caller_waits_for_a_plan(shared: Site, walk: Walk) -> None:
+    """The replan waits for the planning process all the while, and is not waited for."""
+    worker = shared.processes[0].worker()
+    os.kill(worker, signal.SIGSTOP)
+    try:
+        call = walk.executive.start_call(way_to(1.0))
+        walk.executive.spin_until(lambda: walk.status.state == PlannerStatus.PLANNING, "planning")
+        for _ in range(6):  # more than replanning.most_restarts
+            walk.change(removed=(FAR,))
+            walk.executive.spin_until(lambda: bool(walk.status.invalid_states), "its loss", 5.0)
+            walk.change(next(tile for tile in TILES if tile.id == FAR))
+            walk.executive.spin_until(lambda: not walk.status.invalid_states, "its return", 5.0)
+        assert not call.done()
+    finally:
+        os.kill(worker, signal.SIGCONT)
+    assert walk.executive.answer(call).result.code == PlanningResult.SUCCESS

@@ -18,6 +18,7 @@ from rbprm_core.scene import (
     read_triangles,
     surfaces_of_mesh,
 )
+from rbprm_core.validation import coordinates
 
 Array = NDArray[np.float64]
 
@@ -85,6 +86,9 @@ def _points(ring: Array) -> tuple[Vector3, ...]:
 
 def _source(mesh: MeshEntry, field: str) -> MeshSource:
     rotation = np.array(mesh.rotation)
-    if np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-6 or np.linalg.det(rotation) < 0:
+    with np.errstate(over="ignore", invalid="ignore"):  # of huge values: then it is none
+        skew = np.abs(rotation @ rotation.T - np.eye(3)).max()
+    if not skew <= 1e-6 or np.linalg.det(rotation) < 0:
         raise InvalidInput(f"{field}.rotation", mesh.rotation, "is not a rotation matrix")
-    return MeshSource(mesh.file, np.array(mesh.translation), rotation, mesh.friction)
+    translation = coordinates(f"{field}.translation", mesh.translation, (3,))
+    return MeshSource(mesh.file, translation, rotation, mesh.friction)

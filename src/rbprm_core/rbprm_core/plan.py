@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.validation import parse_record
+from rbprm_core.validation import Friction, parse_record
 
 FORMAT: Literal["rbprm-contact-plan/1"] = "rbprm-contact-plan/1"
 
@@ -48,7 +48,7 @@ class MeshEntry(PlanRecord):
     file: str
     translation: Vector3 = (0.0, 0.0, 0.0)
     rotation: tuple[Vector3, Vector3, Vector3] = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
-    friction: Annotated[float, Field(ge=0)] = 0.5
+    friction: Friction = 0.5
 
 
 class SurfaceEntry(PlanRecord):
@@ -57,7 +57,7 @@ class SurfaceEntry(PlanRecord):
     id: str
     vertices: tuple[Vector3, ...]
     holes: tuple[tuple[Vector3, ...], ...] = ()
-    friction: Annotated[float, Field(ge=0)] = 0.5
+    friction: Friction = 0.5
 
 
 class EnvironmentEntry(PlanRecord):
@@ -99,7 +99,7 @@ class ContactEntry(PlanRecord):
     orientation: Quaternion
     normal: Vector3
     points: tuple[Vector3, ...]
-    friction: Annotated[float, Field(ge=0)]
+    friction: Friction
     surface: str = ""
 
 

@@ -47,7 +47,7 @@ from rbprm_core.request import PlanRequest, limb_names
 from rbprm_core.robot import Robot
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
-from rbprm_core.validation import finite_array, finite_number
+from rbprm_core.validation import MOST_FORCE, MOST_GRAVITY, finite_array, finite_number
 
 Array = NDArray[np.float64]
 
@@ -140,9 +140,15 @@ class _Planning:
         required = limb_names(robot, request.required_limbs, "required_limbs")
         start_limbs = limb_names(robot, request.start_limbs, "start_limbs")
         goal_limbs = limb_names(robot, request.goal_limbs or (), "goal_limbs")
-        threshold = finite_number("robustness_threshold", request.robustness_threshold, low=0.0)
+        threshold = finite_number(
+            "robustness_threshold", request.robustness_threshold, low=0.0, high=MOST_FORCE
+        )
         gravity = finite_array("gravity", request.gravity, (3,))
-        grip_force = finite_number("grip_force", request.grip_force, low=LEAST_GRIP)
+        if np.abs(gravity).max() > MOST_GRAVITY:
+            raise InvalidInput("gravity", request.gravity, f"is over {MOST_GRAVITY:g} m/s^2")
+        grip_force = finite_number(
+            "grip_force", request.grip_force, low=LEAST_GRIP, high=MOST_FORCE
+        )
         joints = robot.root_index[7:]
         self._space = RootSpace(request.bounds, robot.low[joints], robot.high[joints])
         if self._resumed is None:

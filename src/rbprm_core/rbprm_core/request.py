@@ -17,7 +17,7 @@ from rbprm_core.guide.space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.robot import Robot
 from rbprm_core.statics import GRIP_FORCE
-from rbprm_core.validation import one_of
+from rbprm_core.validation import MOST_COUNT, one_of
 
 Array = NDArray[np.float64]
 
@@ -48,9 +48,9 @@ class PlannerOptions:
     """
 
     guide: GuideOptions = field(default_factory=GuideOptions)
-    shortcuts: Annotated[int, Field(ge=0)] = 100
+    shortcuts: Annotated[int, Field(ge=0, le=MOST_COUNT)] = 100
     settle: bool = True
-    guides: Annotated[int, Field(ge=1)] = 20
+    guides: Annotated[int, Field(ge=1, le=MOST_COUNT)] = 20
     generator: GeneratorOptions = field(default_factory=GeneratorOptions)
     sequence: SequenceOptions = field(default_factory=SequenceOptions)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,21 +17,34 @@ from rbprm_core.guide.space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan import EnvironmentEntry, MeshEntry, SurfaceEntry
 from rbprm_core.request import PlannerOptions, PlanRequest, limb_names
-from rbprm_core.robot import Robot, load_description
-from rbprm_core.robot.description import Weights
+from rbprm_core.robot import Robot, known_robots, load_description
+from rbprm_core.robot.description import MOST_SCALE, Weights
 from rbprm_core.scene import Classification, Scene
 from rbprm_core.statics import GRIP_FORCE
-from rbprm_core.validation import FILE_NAME, Record, finite_number, parse_record
+from rbprm_core.validation import (
+    FILE_NAME,
+    MOST_FORCE,
+    Acceleration,
+    Coordinate,
+    Record,
+    finite_number,
+    one_of,
+    parse_record,
+)
 from rbprm_core.vocabulary import SurfaceKind
 
-Range = tuple[float, float]
-HalfRange = Annotated[float, Field(ge=0)]
+Range = tuple[Coordinate, Coordinate]
+Gravity = tuple[Acceleration, Acceleration, Acceleration]
+HalfRange = Annotated[float, Field(ge=0, le=math.tau)]
+Threshold = Annotated[float, Field(ge=0, le=MOST_FORCE)]
+GripForce = Annotated[float, Field(gt=0, le=MOST_FORCE)]
+TimeLimit = Annotated[float, Field(gt=0, le=1e6)]
 
 
 class PoseText(Record):
     """A placement of the root; orientation is [x, y, z, w]."""
 
-    position: tuple[float, float, float]
+    position: tuple[Coordinate, Coordinate, Coordinate]
     orientation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
 
 
@@ -54,10 +68,10 @@ class RequestText(Record):
     required_limbs: tuple[str, ...] | None = None
     start_limbs: tuple[str, ...] | None = None
     goal_limbs: tuple[str, ...] | None = None
-    robustness_threshold: Annotated[float, Field(ge=0)] = 0.0
-    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
-    grip_force: Annotated[float, Field(gt=0)] = GRIP_FORCE
-    time_limit: Annotated[float, Field(gt=0)] = 60.0
+    robustness_threshold: Threshold = 0.0
+    gravity: Gravity = (0.0, 0.0, -9.81)
+    grip_force: GripForce = GRIP_FORCE
+    time_limit: TimeLimit = 60.0
 
 
 class RobotChanges(Record):
@@ -69,17 +83,17 @@ class RobotChanges(Record):
     required_limbs: tuple[str, ...] | None = None
     start_limbs: tuple[str, ...] | None = None
     goal_limbs: tuple[str, ...] | None = None
-    robustness_threshold: Annotated[float, Field(ge=0)] | None = None
-    gravity: tuple[float, float, float] | None = None
-    grip_force: Annotated[float, Field(gt=0)] | None = None
-    time_limit: Annotated[float, Field(gt=0)] | None = None
+    robustness_threshold: Threshold | None = None
+    gravity: Gravity | None = None
+    grip_force: GripForce | None = None
+    time_limit: TimeLimit | None = None
 
 
 class TrunkText(Record):
     """Another trunk volume W0 than the robot file's; see `VolumeSettings`."""
 
     links: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
-    scale: Annotated[float, Field(ge=1)] | None = None
+    scale: Annotated[float, Field(ge=1, le=MOST_SCALE)] | None = None
 
 
 class MeshText(MeshEntry, extra="forbid"):
@@ -179,7 +193,7 @@ class Scenario(Record):
             start_limbs=_limbs(robot, text.start_limbs, "request.start_limbs"),
             goal_limbs=_goal_limbs(robot, text.goal_limbs),
             robustness_threshold=finite_number(
-                "robustness_threshold", robustness_threshold, low=0.0
+                "robustness_threshold", robustness_threshold, low=0.0, high=MOST_FORCE
             ),
             seed=seed,
             gravity=np.array(text.gravity),
@@ -188,7 +202,14 @@ class Scenario(Record):
         )
 
     def request_text(self, robot: str) -> RequestText:
-        """The request as the file says it for a robot."""
+        """The request as the file says it for a robot.
+
+        Raises:
+            InvalidInput: the file has changes for a robot that there is not.
+        """
+        # A user's own robot is known by nothing but its file, so that only the one asked for is.
+        for name in self.robots:
+            one_of("robots", name, tuple({**known_robots(), robot: None}))
         changes = self.robots.get(robot)
         changed: dict[str, Any] = {}
         if changes is not None:

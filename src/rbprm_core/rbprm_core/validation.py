@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from rbprm_core.errors import InvalidInput
 
@@ -16,6 +16,19 @@ FARTHEST = (
     1e5  # metres; coordinates beyond leave nothing of a millimetre in the products of geometry
 )
 
+MOST_FRICTION = 10.0  # rubber on rock has 1 or 2; statics lose their digits from 1e5 on
+MOST_GRAVITY = 100.0  # m/s^2, four times Jupiter's
+MOST_FORCE = 1e6  # newtons; what a plan file says where robustness is infinite
+MOST_COUNT = 10**9  # of whatever is counted or tried
+
+Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
+Length = Annotated[float, Field(ge=0, le=FARTHEST)]
+PositiveLength = Annotated[float, Field(gt=0, le=FARTHEST)]
+Step = Annotated[float, Field(ge=1e-4, le=FARTHEST)]
+"""A length in metres that ways are divided into: short enough ones take all time and memory."""
+
+Acceleration = Annotated[float, Field(ge=-MOST_GRAVITY, le=MOST_GRAVITY)]
+Friction = Annotated[float, Field(ge=0, le=MOST_FRICTION)]
 Model = TypeVar("Model", bound=BaseModel)
 
 

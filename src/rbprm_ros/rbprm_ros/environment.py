@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -17,6 +16,7 @@ from rbprm_core.scene import Classification, Scene, Surface, make_surface, surfa
 from rbprm_core.scene.convex import MOST_CORNERS, convex_polygons
 from rbprm_core.scene.polygon import LEAST_AREA
 from rbprm_core.scene.scene import fans
+from rbprm_core.validation import MOST_FRICTION
 from rbprm_core.vocabulary import SurfaceKind
 
 Array = NDArray[np.float64]
@@ -315,7 +315,7 @@ def _convex(update: SurfaceUpdate, before: _Known) -> dict[int, Surface]:
         known = before.surfaces.get(entry.id)
         is_new = known is None or known[0] != entry
         is_simple = len(entry.vertices) <= MOST_CORNERS and not entry.holes
-        if is_new and is_simple and 0 <= entry.friction < math.inf:
+        if is_new and is_simple and 0 <= entry.friction <= MOST_FRICTION:
             sizes.setdefault(len(entry.vertices), []).append(i)
     made: dict[int, Surface] = {}
     for places in sizes.values():

@@ -42,7 +42,7 @@ class Job:
     Attributes:
         id: of this piece of work.
         time_limit: seconds, from when the robot's data are there.
-        snapshot: surfaces to plan on; None where the process holds them already.
+        snapshot: surfaces to plan on; None on the way to the process, which is sent changes.
         kept: states of the plan that stay; the last is gone on from. Empty: from the beginning.
         measured: whether `kept` is one state as measured, which may be a little off its contacts.
         bounds_derived: whether the request left its bounds open.
@@ -69,7 +69,7 @@ class Validation:
         key: of the states; the process that got them before knows them by it.
         states: of the sequence; None where the process holds them already.
         threshold: least robustness, newtons. gravity: m/s^2. first: index of the first to look at.
-        snapshot: surfaces of today; None where the process holds them already.
+        snapshot: surfaces of today; None on the way to the process, which is sent changes.
     """
 
     id: str

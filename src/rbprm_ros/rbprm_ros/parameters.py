@@ -28,6 +28,7 @@ from rbprm_core.errors import InvalidInput
 from rbprm_core.request import PlannerOptions
 from rbprm_core.robot import load_description
 from rbprm_core.scene import Classification
+from rbprm_core.validation import Friction
 from rbprm_ros.bounds import BoundsRule
 
 LEAST_STEP = 1e-9  # over a bound that is excluded: ROS ranges are closed
@@ -84,7 +85,7 @@ class Settings:
     max_vertices: Annotated[int, Field(ge=3)] = 1_000
     max_states: Annotated[int, Field(ge=1)] = 1_000
     classification: Classification = field(default_factory=Classification)
-    marker_friction: Annotated[float, Field(ge=0)] = 0.5
+    marker_friction: Friction = 0.5
     autostart: bool = True
     bounds: BoundsRule = field(default_factory=BoundsRule)
     replanning: ReplanningOptions = field(default_factory=ReplanningOptions)

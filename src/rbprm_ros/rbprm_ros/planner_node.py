@@ -53,6 +53,7 @@ from rbprm_ros.subscription import EveryPublisher
 VIEW_PERIOD = 0.5  # seconds between two looks whether the markers have changed
 HEALTH_PERIOD = 1.0  # seconds between two diagnostics
 ANSWER_TIMEOUT = 0.5  # seconds that calls under way have for their answer when the node stops
+SENDING = 0.05  # seconds more; rclpy sends a goal's result in a task of its own, after it has ended
 SUCCESS = TransitionCallbackReturn.SUCCESS
 
 
@@ -353,5 +354,6 @@ def run(stop: threading.Event) -> int:
     spinner.spin_until(stop.is_set)
     node.close()
     spinner.spin_until(lambda: node.calls == 0, ANSWER_TIMEOUT)
+    spinner.spin_until(lambda: False, SENDING)
     spinner.close()
     return 0

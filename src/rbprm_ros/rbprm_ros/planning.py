@@ -173,9 +173,11 @@ class Planning:
         """Look at the published sequence; outdated work is cancelled, a burst is one look."""
         self._stale = True
         options = self._settings().replanning
-        if self._replanning is not None and self._restarts < options.most_restarts:
-            self._restarts += 1  # under changes without pause it has to come to an end, too
-            self.planner.cancel(self._replanning)
+        if self._replanning is not None:
+            begun = self._replanning.running()  # one that waits for a caller's plan loses nothing
+            if not begun or self._restarts < options.most_restarts:
+                self._restarts += begun  # under changes without pause it has to come to an end, too
+                self.planner.cancel(self._replanning)
         if not self._watching:
             self._watching = True
             self._executor().create_task(self._watch)
@@ -264,6 +266,7 @@ class Planning:
         situation = Situation(len(base.plan.states), self.standing.executed, indices, base.complete)
         decision = decide(situation)
         if isinstance(decision, Keep):
+            self._restarts = 0
             self._stand(activity=self._resting(()), invalid=(), failure=SUCCEEDED)
             return
         self._stand(activity=Activity.INVALIDATED, invalid=invalid)

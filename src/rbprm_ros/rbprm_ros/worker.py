@@ -19,6 +19,7 @@ from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
 
 from rbprm_core.errors import Cancelled
+from rbprm_ros.environment import Snapshot
 from rbprm_ros.failure import NodeCode, NodeError, PlanningFailed
 from rbprm_ros.jobs import (
     Cancellation,
@@ -32,6 +33,7 @@ from rbprm_ros.jobs import (
     Validation,
     Work,
 )
+from rbprm_ros.snapshot_change import change_between
 
 COMMAND = (sys.executable, "-P", "-m", "rbprm_ros.worker_process")
 IDLE_PERIOD = 1.0  # seconds between looks whether an idle process is still there
@@ -225,7 +227,7 @@ class PlanningWorker:
 
 
 class _Process:
-    """A running process, the pipe to it, and which surfaces and which sequence it holds."""
+    """A running process, the pipe to it, and which environment and which sequence it holds."""
 
     def __init__(self, role: str) -> None:
         ours, theirs = socket.socketpair()
@@ -236,15 +238,15 @@ class _Process:
                 process_group=0,  # a terminal's Ctrl-C reaches the node alone
             )
         self.pipe = Connection(ours.detach())
-        self._version, self._key = -1, ""
+        self._snapshot, self._key = Snapshot(), ""
 
     def send(self, message: Work | Cancellation) -> None:
         """Send a message; what the process holds already is left out."""
         if isinstance(message, Job | Validation) and message.snapshot is not None:
-            version = message.snapshot.version
-            if version == self._version:
-                message = replace(message, snapshot=None)
-            self._version = version
+            if message.snapshot.version != self._snapshot.version:
+                self.pipe.send(change_between(self._snapshot, message.snapshot))
+                self._snapshot = message.snapshot
+            message = replace(message, snapshot=None)
         if isinstance(message, Validation):
             if message.key == self._key:
                 message = replace(message, states=None)

@@ -19,7 +19,7 @@ import numpy as np
 from rbprm_core.budget import Budget, Progress
 from rbprm_core.contacts import State
 from rbprm_core.errors import Cancelled, InvalidInput, RbprmError
-from rbprm_core.plan import ContactPlan, EnvironmentEntry, StateEntry
+from rbprm_core.plan import ContactPlan, StateEntry
 from rbprm_core.planner import plan
 from rbprm_core.replanning import (
     InvalidState,
@@ -47,6 +47,7 @@ from rbprm_ros.jobs import (
     Validation,
     Work,
 )
+from rbprm_ros.snapshot_change import SnapshotChange, changed
 
 REPORT_PERIOD = 0.05  # seconds; the planner tells its progress much more often than anyone looks
 LISTEN_PERIOD = 0.01  # seconds between looks for a cancellation
@@ -58,8 +59,8 @@ class Server:
     def __init__(self, pipe: Connection) -> None:
         self._pipe = pipe
         self._robots: dict[RobotChoice, RobotData] = {}
-        self._scene: Scene | None = None
-        self._environment = EnvironmentEntry()
+        self._snapshot = Snapshot()
+        self._scene: Scene | None = None  # made of it when it is first needed
         self._watch: Watch | None = None
         self._watched_key = ""
         self._clear: tuple[Scene, int] | None = None
@@ -69,7 +70,9 @@ class Server:
         """Serve until the pipe closes, which raises `EOFError` or `ConnectionError`."""
         while True:
             message = self._pipe.recv()
-            if isinstance(message, Preparation | Job | Validation):
+            if isinstance(message, SnapshotChange):
+                self._snapshot, self._scene = changed(self._snapshot, message), None
+            elif isinstance(message, Preparation | Job | Validation):
                 self._pipe.send(self._answer(message))
 
     def _answer(self, work: Work) -> Done | Failed:
@@ -88,8 +91,6 @@ class Server:
             return Failed(work.id, failure_of(error))
 
     def _result(self, work: Work, line: Line) -> Result:
-        if not isinstance(work, Preparation) and work.snapshot is not None:
-            self._take(work.snapshot)
         data = self._robot(work.robot, line)
         match work:
             case Job():
@@ -98,10 +99,11 @@ class Server:
                 return self._invalid(work, data)
         return None
 
-    def _take(self, snapshot: Snapshot) -> None:
-        empty = not snapshot.surfaces and not len(snapshot.obstacles)
-        self._scene = None if empty else snapshot.scene()
-        self._environment = snapshot.entry
+    def _known(self) -> Scene | None:
+        """The scene of now; None where there is nothing."""
+        if self._scene is None and (self._snapshot.surfaces or self._snapshot.obstacles):
+            self._scene = self._snapshot.scene()
+        return self._scene
 
     def _robot(self, choice: RobotChoice, line: Line) -> RobotData:
         if choice not in self._robots:
@@ -117,22 +119,23 @@ class Server:
         return self._robots[choice]
 
     def _plan(self, job: Job, data: RobotData, line: Line) -> ContactPlan:
-        if self._scene is None:
+        scene = self._known()
+        if scene is None:
             raise InvalidInput("surfaces", [], "the planning process was given none")
         grown = GrownStates(line, data.robot) if job.shown else None
         budget = Budget(job.time_limit, line.cancelled, line.report)
-        request, environment = job.request, self._environment
+        request, environment = job.request, self._snapshot.entry
         try:
             if not job.kept:
-                outcome = plan(request, data, self._scene, budget, on_states=grown)
+                outcome = plan(request, data, scene, budget, on_states=grown)
                 return contact_plan(outcome, request, data.robot, environment)
             last = len(job.kept) - 1
             kept: tuple[State, ...]
             if job.measured:
-                kept = (restored_state(job.kept[-1], data.robot, self._scene, "measured_state.0"),)
+                kept = (restored_state(job.kept[-1], data.robot, scene, "measured_state.0"),)
             else:
                 kept = restored_states(job.kept, data.robot, "sequence.states")
-            revision = replan(kept, last, request, data, self._scene, budget, on_states=grown)
+            revision = replan(kept, last, request, data, scene, budget, on_states=grown)
         except RbprmError as error:
             partial = partial_plan(error, request, data.robot, environment)
             if partial is not None:
@@ -149,14 +152,15 @@ class Server:
             self._clear = None
         assert self._watch is not None
         assert self._watched_key == work.key  # the node sees to it
-        if self._scene is None:
+        scene = self._known()
+        if scene is None:
             return _lost(self._watch.states, work.first)
         before = None
         if self._clear is not None and self._clear[1] <= work.first:
             before = self._clear[0]
-        invalid = self._watch.invalid(self._scene, work.first, before)
+        invalid = self._watch.invalid(scene, work.first, before)
         if all(state.reason != Reason.COLLISION for state in invalid):
-            self._clear = self._scene, work.first
+            self._clear = scene, work.first
         return invalid
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rbprm_core.bench.paper import PaperEntry, paper_figures
+from rbprm_core.scenario import known_scenarios
 
 PARTS = ("guide", "equilibrium", "collision", "projection", "total")
 
@@ -40,3 +41,24 @@ def test_a_step_takes_its_share_of_the_total(name: str) -> None:
     assert entry.total is not None
     assert entry.transitions is not None
     assert entry.per_transition == pytest.approx(entry.total[1] / entry.transitions, abs=0.51)
+
+
+def test_its_scenarios_are_known() -> None:
+    assert set(paper_figures()) <= set(known_scenarios())
+
+
+@pytest.mark.parametrize(
+    ("name", "total", "success", "transitions"),
+    [
+        ("stairs", (92, 261, 2174), 100, 18),
+        ("standing", (371, 2257, 7671), 68, 24),
+        ("car", (6919, 21416, 67031), 39, 61),
+        ("rubble", (1548, 18058, 13126), 74, 71),
+        ("race", (2797, 4187, 11292), 58, 112),
+    ],
+)
+def test_figures_of_table_2(
+    name: str, total: tuple[int, int, int], success: int, transitions: int
+) -> None:
+    entry = paper_figures()[name]
+    assert (entry.total, entry.success, entry.transitions) == (total, success, transitions)

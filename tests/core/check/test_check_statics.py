@@ -219,6 +219,20 @@ def test_without_weight_b0_is_that_of_the_grip() -> None:
     assert state_robustness(grasp[:2], none, none, 8.0)[0] == -np.inf
 
 
+@given(seeds, st.sampled_from([1e-4, 1e-3, 1e-2, 10.0]), st.floats(-9, -3))
+@settings(max_examples=60, deadline=None)
+def test_contacts_of_hardly_any_friction_that_do_not_close(
+    seed: int, friction: float, tilt: float
+) -> None:
+    """HiGHS ended one in ten of these with "status unknown"."""
+    rng = np.random.default_rng(seed)
+    table = [[*rng.uniform(-0.5, 0.5, 2), 0.0] for _ in range(rng.integers(2, 6))]
+    normals = [[*rng.uniform(-1, 1, 2) * 10**tilt, 1.0] for _ in table]
+    grasp = [pressing(point, normal) for point, normal in zip(table, normals, strict=True)]
+    grasp = [contact.model_copy(update={"friction": friction}) for contact in grasp]
+    assert state_robustness(grasp, np.zeros(3), np.zeros(3), 8.0)[0] < 0
+
+
 @pytest.mark.parametrize(("b0", "closed"), [(0.1, True), (0.0, False), (-np.inf, False)])
 def test_a_state_without_weight_has_to_be_in_force_closure(b0: float, closed: bool) -> None:
     assert (list(force_closure(b0, 3, 8.0)) == []) == closed

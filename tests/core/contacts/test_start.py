@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rbprm_core.contacts import ContactGenerator, start_state
+from rbprm_core.contacts import ContactGenerator, State, start_state
+from rbprm_core.contacts.start import _in_order
 from rbprm_core.errors import GoalUnreachable, StartUnreachable
 from rbprm_core.robot.data import RobotData
+from rbprm_core.scenario import Scenario
 from rbprm_core.scene import Scene, Surface, make_surface
 
 Array = NDArray[np.float64]
@@ -90,3 +92,39 @@ def test_a_free_limb_in_an_obstacle(hyq_data: RobotData, make_box: Box) -> None:
 def test_a_start_on_no_limb_is_no_start(hyq_data: RobotData) -> None:
     with pytest.raises(StartUnreachable):
         start_state(on(hyq_data, [ground()]), ROOT, ())
+
+
+def test_another_order_where_the_one_given_leads_nowhere(
+    hyq_data: RobotData, rubble: Scenario, rubble_scene: Scene
+) -> None:
+    """Over the rubble every order fails at some roots, mostly not all of them at the same."""
+    rng = np.random.default_rng(5)
+    generator = ContactGenerator(hyq_data, rubble_scene, GRAVITY, 10.0)
+    saved = 0
+    for _ in range(100):
+        root = ROOT.copy()
+        root[:3] = rng.uniform([-2, -0.1, 0.53], [3, 0.1, 0.73])
+        q = generator.robot.reference.copy()
+        q[:7] = root
+        alone = outcome(lambda q=q: _in_order(generator, q, LEGS, StartUnreachable))
+        found = outcome(lambda root=root: start_state(generator, root, LEGS))
+        if isinstance(found, StartUnreachable):
+            assert str(found) == str(alone)  # what is told is of the order given
+            continue
+        if isinstance(alone, State):
+            assert np.array_equal(found.q, alone.q)  # the order given comes first
+        else:
+            saved += 1
+        assert tuple(contact.limb for contact in found.contacts) == LEGS  # the oldest first
+        assert generator.robustness(found.q, found.contacts) >= 10.0
+        for contact in found.contacts:
+            assert generator.collision.limb_free(found.q, contact.limb, contact.normal)
+    assert saved > 0
+
+
+def outcome(find: Callable[[], State]) -> State | StartUnreachable:
+    """What a call gives, or its error."""
+    try:
+        return find()
+    except StartUnreachable as error:
+        return error

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rbprm_core.scene import Scene, Surface, make_surface
-from rbprm_core.scene.carrier import OFF, TILT, carrier
+from rbprm_core.scene.carrier import OFF, TILT, carrier, carries
 
 Array = NDArray[np.float64]
 UP = np.array([0.0, 0.0, 1.0])
@@ -61,3 +63,22 @@ def test_a_point_beyond_the_edge_by_rounding_is_carried() -> None:
     scene = Scene([tile("a", 0, 1)])
     assert carrier(scene, np.array([[-0.5 * OFF, 0.0, 0.0]]), UP) is not None
     assert carrier(scene, np.array([[-2 * OFF, 0.0, 0.0]]), UP) is None
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_none_is_missed_by_what_is_looked_at_first(seed: int) -> None:
+    """Sharp corners and patches over the edge by about the tolerance, in a scene of many."""
+    rng = np.random.default_rng(seed)
+    surfaces = []
+    for i in range(20):
+        tip, left, right = rng.uniform(-1, 1, (3, 2))
+        turn = (left - tip)[0] * (right - tip)[1] - (left - tip)[1] * (right - tip)[0]
+        if abs(turn) > 1e-2:
+            ring = np.column_stack([(tip, left, right), np.zeros(3)])
+            surfaces.append(make_surface(f"s{i}", ring if turn > 0 else ring[::-1], 0.5))
+    scene = Scene(surfaces)
+    corners = np.concatenate([surface.polygon.boundary for surface in surfaces])
+    for corner in corners:
+        point = corner + np.append(rng.uniform(-3 * OFF, 3 * OFF, 2), 0.0)
+        wanted = [s for s in surfaces if carries(s, point[None], UP)]
+        assert carrier(scene, point[None], UP) is (wanted[0] if wanted else None)

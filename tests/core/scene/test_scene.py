@@ -185,3 +185,11 @@ def test_the_inside_of_a_room_is_free(make_box: Box) -> None:
         for face in make_box("room", np.zeros(3), 4 * np.ones(3))
     ]
     assert not Scene(walls).encloses(2 * np.ones(3))
+
+
+def test_boxes_of_the_surfaces() -> None:
+    scene = Scene([make_surface("l", L_SHAPE, 0.5), tile("t", 3.0)])
+    low, high = scene.boxes
+    assert np.array_equal(low, [[0, 0, 0], [0, 0, 3]])
+    assert np.array_equal(high, [[2, 2, 0], [1, 1, 3]])
+    assert all(len(corner) == 0 for corner in Scene([], np.zeros((1, 3, 3))).boxes)

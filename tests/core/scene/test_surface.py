@@ -52,7 +52,9 @@ def test_no_friction_at_all_is_allowed() -> None:
     assert make_surface("ice", SQUARE, 0.0).friction == 0
 
 
-@pytest.mark.parametrize("friction", [-0.1, -1e-12, float("nan"), float("inf"), "rough", [0.5, 1]])
+@pytest.mark.parametrize(
+    "friction", [-0.1, -1e-12, 10.1, float("nan"), float("inf"), "rough", [0.5, 1]]
+)
 def test_bad_friction_is_refused(friction: Any) -> None:
     with pytest.raises(InvalidInput) as caught:
         make_surface("a", SQUARE, friction, field="environment.surfaces.0")

@@ -29,9 +29,16 @@ support of some decimetres. Of the grip force where there is no weight."""
 FREE_AGREEMENT = 0.05
 """Of b0, on top, where the plan does not fix the pyramid's edges about the normal."""
 
+LEAST_FRICTION = 1e-4
+"""Less friction counts as this much: without any, a floor that is level but for rounding would hold
+nothing, and b0 would say more of the last digits of the normals than of the contacts."""
+
 ALIGNED = np.deg2rad(1.0)
 LEAST_SPREAD = 1e-3
 """Of the largest singular value of the wrenches; contacts whose least is below it lie on a line."""
+
+INDEPENDENT = 1e-9
+"""Of the largest singular value of the wrenches; combinations of rows below it are rounding."""
 
 BALANCED = 1e-6
 """Of the load: a residual that is none, ten times what HiGHS allows a constraint."""
@@ -61,7 +68,8 @@ def generators(normal: ArrayLike, tangent_1: ArrayLike, friction: float) -> NDAr
     """Unit edges (4, 3) of the friction pyramid n ± mu t1, n ± mu t2."""
     n, t1 = unit(normal), np.array(tangent_1, dtype=float)
     t2 = np.cross(n, t1)
-    return np.array([unit(n + friction * t) for t in (t1, -t1, t2, -t2)])
+    mu = max(friction, LEAST_FRICTION)
+    return np.array([unit(n + mu * t) for t in (t1, -t1, t2, -t2)])
 
 
 def robustness(points: ArrayLike, edges: ArrayLike, com: ArrayLike, load: ArrayLike) -> float:
@@ -118,17 +126,21 @@ def grip(points: ArrayLike, edges: ArrayLike, force: float) -> float:
 
 def _largest_least_force(wrenches: NDArray[np.float64], target: NDArray[np.float64]) -> float:
     """Max b0 s.t. wrenches (n, k) @ beta = target (n,), beta >= b0; target of the order of 1."""
-    count = wrenches.shape[1]
-    # Forces of either sign that balance exist or not by linear algebra; near that border, as with
-    # two points and the load beside the line through them, HiGHS can end without an answer.
-    found, *_ = np.linalg.lstsq(wrenches, target, rcond=None)
-    if np.abs(wrenches @ found - target).max() > BALANCED:
+    # In independent rows of one size HiGHS tells what has no solution; in rows as they come, as of
+    # forces across surfaces of hardly any friction, it can end without an answer.
+    left, sizes, rows = np.linalg.svd(wrenches, full_matrices=False)
+    kept = sizes > INDEPENDENT * sizes[0]
+    reduced = left.T @ target
+    # Forces of either sign that balance exist or not by linear algebra.
+    if np.abs(target - left[:, kept] @ reduced[kept]).max() > BALANCED:
         return -np.inf
+    rows, reduced = rows[kept], reduced[kept] / sizes[kept]
+    count = wrenches.shape[1]
     # With beta = b0 + s the programme is over (s >= 0, b0), and needs no inequality rows.
-    matrix = np.hstack((wrenches, wrenches.sum(axis=1, keepdims=True)))
+    matrix = np.hstack((rows, rows.sum(axis=1, keepdims=True)))
     cost = np.append(np.zeros(count), -1.0)
     bounds = [(0.0, None)] * count + [(-UNBOUNDED, UNBOUNDED)]
-    answer = linprog(cost, A_eq=matrix, b_eq=target, bounds=bounds, method="highs")
+    answer = linprog(cost, A_eq=matrix, b_eq=reduced, bounds=bounds, method="highs")
     if answer.status == 2:
         return -np.inf
     if answer.status != 0:

@@ -7,6 +7,8 @@ from typing import Annotated
 
 from pydantic import Field
 
+from rbprm_core.validation import FARTHEST, MOST_COUNT, Length, PositiveLength, Step
+
 
 @dataclass(frozen=True)
 class GeneratorOptions:
@@ -24,12 +26,12 @@ class GeneratorOptions:
             static equilibrium at all (b0 >= 0), as section 6.2.3 allows, rather than none.
     """
 
-    band: Annotated[float, Field(gt=0)] = 0.04
+    band: PositiveLength = 0.04
     tilt: Annotated[float, Field(gt=0, le=1.5)] = 0.7
-    edge_margin: Annotated[float, Field(ge=0)] = 0.01
-    candidates: Annotated[int, Field(ge=1)] = 60
-    spacing: Annotated[float, Field(gt=0)] = 0.04
-    move: Annotated[float, Field(ge=0.002)] = 0.02
+    edge_margin: Length = 0.01
+    candidates: Annotated[int, Field(ge=1, le=MOST_COUNT)] = 60
+    spacing: Step = 0.04
+    move: Annotated[float, Field(ge=0.002, le=FARTHEST)] = 0.02
     most_robust: bool = False
 
 
@@ -47,8 +49,8 @@ class SequenceOptions:
             keeps its contact whose joints cannot follow the root, such as a knee's.
     """
 
-    step: Annotated[float, Field(gt=0)] = 0.1
-    least_step: Annotated[float, Field(gt=0)] = 0.0125
-    look_ahead: Annotated[float, Field(ge=0)] = 0.4
+    step: Step = 0.1
+    least_step: Step = 0.0125
+    look_ahead: Length = 0.4
     prefer_supported: bool = True
-    root_slack: Annotated[float, Field(ge=0)] = 0.0
+    root_slack: Length = 0.0

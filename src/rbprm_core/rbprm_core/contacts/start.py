@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from rbprm_core.budget import Budget
 from rbprm_core.contacts.generator import ContactGenerator
 from rbprm_core.contacts.look_ahead import LookAhead
 from rbprm_core.contacts.state import Contact, State
-from rbprm_core.errors import GoalUnreachable, StartUnreachable
+from rbprm_core.errors import GoalUnreachable, RootUnreachable, StartUnreachable
 
 Array = NDArray[np.float64]
 
@@ -25,26 +26,54 @@ def start_state(
 ) -> State:
     """A state in static equilibrium with given limbs in contact, from the reference posture.
 
+    Limbs make contact in the order given. Where that leads nowhere its rotations are tried: a limb
+    may be in another's way, and the last one has to complete the equilibrium.
+
     Args:
         root: (7 + j,) root configuration. limbs: indices of the limbs that must be in contact.
         which: "start" or "goal", for the error.
 
     Raises:
-        StartUnreachable, GoalUnreachable: names the limb and why.
+        StartUnreachable, GoalUnreachable: names the limb and why, in the order given.
         TimeLimitReached, Cancelled: from the budget.
     """
     kind = StartUnreachable if which == "start" else GoalUnreachable
-    robot = generator.robot
-    q = robot.reference.copy()
-    q[robot.root_index] = root
+    q = generator.robot.reference.copy()
+    q[generator.robot.root_index] = root
     if not generator.collision.root_free(q):
         raise kind("the root part of the robot collides with the environment")
+    if not limbs:
+        raise kind("no limb is to be in contact")
+    failures: list[RootUnreachable] = []
+    for turn in range(len(limbs)):
+        if budget is not None:
+            budget.check("start", turn / len(limbs))
+        try:
+            found = _in_order(generator, q, (*limbs[turn:], *limbs[:turn]), kind)
+        except RootUnreachable as error:
+            failures.append(error)
+            continue
+        contacts = sorted(found.contacts, key=lambda contact: limbs.index(contact.limb))
+        return replace(found, contacts=tuple(contacts))
+    raise failures[0]
+
+
+def _in_order(
+    generator: ContactGenerator,
+    q: Array,
+    limbs: Sequence[int],
+    kind: type[StartUnreachable | GoalUnreachable],
+) -> State:
+    """The state that limbs lead to from a configuration (nq,), one after the other.
+
+    Raises:
+        StartUnreachable, GoalUnreachable: as `kind` says.
+    """
+    robot = generator.robot
     contacts: list[Contact] = []
     floor = generator.floor if generator.options.most_robust else None
-    still = LookAhead.still(root)
+    still = LookAhead.still(q[robot.root_index])
     for count, limb in enumerate(limbs, start=1):
-        if budget is not None:
-            budget.check("start", (count - 1) / len(limbs))
         # Equilibrium is asked of the whole set only: two feet alone hold no quadruped.
         threshold = generator.threshold if count == len(limbs) else -np.inf
         found = generator.generate(q, limb, contacts, still, threshold=threshold, floor=floor)
@@ -59,6 +88,6 @@ def start_state(
             name = robot.limbs[limb].name
             raise kind(f"limb {name}, at its reference posture, is in collision", name)
     value = generator.robustness(q, contacts)
-    if value < generator.floor or not contacts:
+    if value < generator.floor:
         raise kind(f"{len(contacts)} contacts hold it with robustness {value:.3g} N only")
     return generator.state(q, contacts, free, value)

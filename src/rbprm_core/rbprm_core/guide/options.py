@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-Positive = Annotated[float, Field(gt=0)]
+from rbprm_core.validation import MOST_COUNT, Step
 
 
 @dataclass(frozen=True)
@@ -19,8 +19,8 @@ class RrtOptions:
         iterations: samples drawn before the search is given up.
     """
 
-    step: Positive = 0.4
-    iterations: Annotated[int, Field(ge=2)] = 2_000
+    step: Step = 0.4
+    iterations: Annotated[int, Field(ge=2, le=MOST_COUNT)] = 2_000
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class PrmOptions:
         iterations: samples drawn in one request before the search is given up.
     """
 
-    neighbours: Annotated[int, Field(ge=1)] = 4
-    iterations: Annotated[int, Field(ge=1)] = 2_000
+    neighbours: Annotated[int, Field(ge=1, le=MOST_COUNT)] = 4
+    iterations: Annotated[int, Field(ge=1, le=MOST_COUNT)] = 2_000
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class GuideOptions:
     """
 
     planner: Literal["rrt", "prm"] = "rrt"
-    resolution: Positive = 0.05
+    resolution: Step = 0.05
     equilibrium: bool = False
     rrt: RrtOptions = field(default_factory=RrtOptions)
     prm: PrmOptions = field(default_factory=PrmOptions)

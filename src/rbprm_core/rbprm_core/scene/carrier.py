@@ -12,6 +12,7 @@ from rbprm_core.scene.surface import Surface
 Array = NDArray[np.float64]
 
 OFF = 2e-3  # metres off the plane or beyond the boundary; a plan is held to 3 mm by its check
+REACH = 6 * OFF  # metres from the boundary's box; an outline that grows by OFF has mitred corners
 TILT = float(np.deg2rad(2.0))  # between the normals; a plan is held to 3 degrees
 
 
@@ -35,15 +36,11 @@ def carrier(
     index = scene.index.get(identity)
     if index is not None and carries(scene.surfaces[index], points, normal, off, tilt):
         return scene.surfaces[index]
-    planes = [surface.polygon.plane for surface in scene.surfaces]
-    normals = np.array([plane.normal for plane in planes]).reshape(-1, 3)
-    origins = np.array([plane.origin for plane in planes]).reshape(-1, 3)
-    heights = np.einsum("skj,sj->sk", points - origins[:, None], normals)
-    near = (np.abs(heights) <= off).all(axis=1) & (normals @ normal >= np.cos(tilt))
-    return next(
-        (scene.surfaces[i] for i in np.flatnonzero(near) if _covers(scene.surfaces[i], points)),
-        None,
-    )
+    low, high = scene.boxes  # the cheapest first: most surfaces are elsewhere
+    margin = REACH + off
+    near = (low <= points.min(axis=0) + margin) & (high >= points.max(axis=0) - margin)
+    around = (scene.surfaces[i] for i in np.flatnonzero(near.all(axis=1)))
+    return next((s for s in around if carries(s, points, normal, off, tilt)), None)
 
 
 def carries(

@@ -90,6 +90,16 @@ class Scene:
         return Scene(kept.values(), self._obstacles)
 
     @cached_property
+    def boxes(self) -> tuple[Array, Array]:
+        """Low and high corners (s, 3) of the surfaces' bounding boxes."""
+        outlines = [surface.polygon.boundary for surface in self.surfaces]
+        if not outlines:
+            return np.zeros((0, 3)), np.zeros((0, 3))
+        ends = np.cumsum([0, *(len(outline) for outline in outlines[:-1])])
+        points = np.concatenate(outlines)
+        return np.minimum.reduceat(points, ends), np.maximum.reduceat(points, ends)
+
+    @cached_property
     def triangles(self) -> Array:
         """Triangles (n, 3, 3) of everything that can be hit: obstacles and surfaces."""
         return np.concatenate(

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.scene.polygon import Polygon, make_polygon
-from rbprm_core.validation import finite_number
+from rbprm_core.validation import MOST_FRICTION, finite_number
 from rbprm_core.vocabulary import SurfaceKind
 
 Array = NDArray[np.float64]
@@ -70,15 +70,15 @@ def make_surface(
 
     Args:
         identity: unique id. vertices: (v, 3), counter-clockwise seen from outside, metres.
-        friction: coefficient of Coulomb friction, at least 0. holes: each (h, 3).
+        friction: coefficient of Coulomb friction, 0 to `MOST_FRICTION`. holes: each (h, 3).
         field: name of the surface in errors.
 
     Raises:
-        InvalidInput: see `make_polygon`; negative or non-finite friction; empty id.
+        InvalidInput: see `make_polygon`; friction that is none; empty id.
     """
     if not identity:
         raise InvalidInput(f"{field}.id", identity, "must not be empty")
-    friction = finite_number(f"{field}.friction", friction, low=0.0)
+    friction = finite_number(f"{field}.friction", friction, low=0.0, high=MOST_FRICTION)
     polygon = make_polygon(vertices, holes, field)
     kind = classification.kind(polygon.plane.normal, polygon.area)
     return Surface(identity, polygon, friction, kind)

@@ -7,6 +7,13 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+LEAST_FRICTION = 1e-4
+"""Less friction counts as this much.
+
+Whether level ground without any holds a robot would hang on the last digits of its normals: at
+1e-7 rad, the rounding of a mesh, nothing balances the weight. This much holds a tilt of 0.1 mm/m.
+"""
+
 
 def cone_generators(rotation: Array, friction: float) -> Array:
     """Generators (4, 3) of a point's friction cone, unit length (section 5.1.1).
@@ -17,6 +24,7 @@ def cone_generators(rotation: Array, friction: float) -> Array:
         rotation: (3, 3) contact frame in the world, columns t1, t2, n with n the outward normal.
         friction: coefficient mu of Coulomb friction.
     """
+    friction = max(friction, LEAST_FRICTION)
     t1, t2, n = rotation.T
     rays = np.stack([n + friction * t1, n - friction * t1, n + friction * t2, n - friction * t2])
     return np.asarray(rays / np.sqrt(1 + friction * friction))

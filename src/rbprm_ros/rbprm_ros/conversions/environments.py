@@ -13,7 +13,7 @@ from rbprm_core.errors import InvalidInput
 from rbprm_core.placement import Placement
 from rbprm_core.resources import find_resource
 from rbprm_core.scene import MeshSource, read_triangles
-from rbprm_core.validation import finite_number
+from rbprm_core.validation import MOST_FRICTION, finite_number
 from rbprm_ros.conversions.geometry import placement_of_message, quadruple, triple
 from rbprm_ros.conversions.meshes import LEAST_TRIANGLE, areas, require_triangles
 from rbprm_ros.conversions.surfaces import update_of_message
@@ -60,7 +60,7 @@ def snapshot_update(
     Raises:
         InvalidInput: `mesh`, `pose` or `friction`, and what to do.
     """
-    friction = finite_number("friction", friction, low=0.0)
+    friction = finite_number("friction", friction, low=0.0, high=MOST_FRICTION)
     unset = (*triple(pose.position), *quadruple(pose.orientation)) == UNSET
     placement = Placement.parse((0, 0, 0)) if unset else placement_of_message(pose, "pose")
     transform = placement.transform

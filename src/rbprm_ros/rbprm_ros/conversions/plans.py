@@ -22,7 +22,7 @@ from rbprm_core.plan import (
     StateEntry,
     Statistics,
 )
-from rbprm_core.validation import finite_array, finite_number
+from rbprm_core.validation import MOST_FRICTION, finite_array, finite_number
 from rbprm_ros.conversions.geometry import (
     placement_of_message,
     pose_message,
@@ -176,7 +176,7 @@ def read_state(message: ContactState, field: str) -> StateEntry:
         finite_array(f"{place}.normal", triple(contact.normal), (3,))
         for n, point in enumerate(contact.points):
             finite_array(f"{place}.points.{n}", triple(point), (3,))
-        finite_number(f"{place}.friction", contact.friction, low=0.0)
+        finite_number(f"{place}.friction", contact.friction, low=0.0, high=MOST_FRICTION)
     finite_array(f"{field}.com", triple(message.com), (3,))
     finite_number(f"{field}.robustness", message.robustness)
     return _state_entry(message)

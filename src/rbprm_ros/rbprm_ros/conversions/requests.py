@@ -19,7 +19,7 @@ from rbprm_core.placement import Placement
 from rbprm_core.plan import StateEntry
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot import known_robots, load_description
-from rbprm_core.validation import finite_array, finite_number, one_of
+from rbprm_core.validation import coordinates, finite_number, one_of
 from rbprm_ros.bounds import derived_bounds
 from rbprm_ros.conversions.geometry import (
     placement_of_message,
@@ -173,8 +173,8 @@ def _stamped(placement: Placement, frame: str) -> PoseStamped:
 
 
 def _bounds(message: BoundsMessage) -> RootBounds:
-    low = finite_array("bounds.low", triple(message.low), (3,))
-    high = finite_array("bounds.high", triple(message.high), (3,))
+    low = coordinates("bounds.low", triple(message.low), (3,))
+    high = coordinates("bounds.high", triple(message.high), (3,))
     if (low > high).any():
         axis = "xyz"[int(np.argmax(low > high))]
         reason = f"{axis} is over that of bounds.high = {high.tolist()}"
