@@ -5,13 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rbprm_core.scene.polygon import (
-    LEAST_AREA,
-    PLANAR_TOLERANCE,
-    SAME_POINT,
-    Plane,
-    Polygon,
-)
+from rbprm_core.scene.plane import Plane, plane_axes, ring_planes
+from rbprm_core.scene.polygon import LEAST_AREA, PLANAR_TOLERANCE, SAME_POINT, Polygon
 from rbprm_core.validation import FARTHEST
 
 Array = NDArray[np.float64]
@@ -39,9 +34,9 @@ def convex_polygons(rings: Array) -> list[Polygon | None]:
     edges = np.roll(rings, -1, axis=1) - rings
     lengths = np.sqrt((edges**2).sum(axis=2))
     good &= (lengths > SAME_POINT).all(axis=1)
-    origins, normals, sizes = _planes(rings)
+    origins, normals, sizes = ring_planes(rings)
     good &= sizes >= LEAST_AREA
-    axes = _axes(normals)
+    axes = plane_axes(normals)
     arms = rings - origins[:, None]
     good &= (np.abs(np.einsum("gvi,gi->gv", arms, normals)) <= PLANAR_TOLERANCE).all(axis=1)
     flat = arms @ axes
@@ -64,23 +59,6 @@ def convex_polygons(rings: Array) -> list[Polygon | None]:
         else None
         for i in range(count)
     ]
-
-
-def _planes(rings: Array) -> tuple[Array, Array, Array]:
-    """Origin (g, 3), unit normal (g, 3) and area (g,) of each ring: Newell's, as `make_polygon`."""
-    origins = rings.mean(axis=1)
-    arms = rings - origins[:, None]
-    areas = np.cross(arms, np.roll(arms, -1, axis=1)).sum(axis=1) / 2
-    sizes = np.sqrt((areas**2).sum(axis=1))
-    return origins, areas / np.maximum(sizes, LEAST_AREA)[:, None], sizes
-
-
-def _axes(normals: Array) -> Array:
-    """Columns (g, 3, 2) that span the planes, as `plane_of` chooses them."""
-    helpers = np.eye(3)[np.abs(normals).argmin(axis=1)]
-    first = np.cross(helpers, normals)
-    first /= np.maximum(np.sqrt((first**2).sum(axis=1)), SAME_POINT)[:, None]
-    return np.stack([first, np.cross(normals, first)], axis=2)
 
 
 def _is_convex(flat: Array) -> NDArray[np.bool_]:

@@ -14,13 +14,8 @@ from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.resources import find_resource
-from rbprm_core.scene.polygon import (
-    PLANAR_TOLERANCE,
-    Plane,
-    Polygon,
-    plane_of,
-    polygon_of_shape,
-)
+from rbprm_core.scene.plane import Plane, plane_of
+from rbprm_core.scene.polygon import PLANAR_TOLERANCE, Polygon, polygon_of_shape
 from rbprm_core.scene.surface import Classification, Surface
 from rbprm_core.validation import FARTHEST
 

@@ -12,6 +12,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from rbprm_core.errors import InvalidInput
+from rbprm_core.scene.plane import Plane, plane_of, ring_planes
 from rbprm_core.validation import coordinates
 
 Array = NDArray[np.float64]
@@ -21,23 +22,6 @@ PLANAR_TOLERANCE = 8e-4  # metres; a little less than a plan is held to by its c
 SAME_POINT = 1e-9  # metres
 LEAST_AREA = 1e-8  # square metres
 STRAIGHT = 1e-9  # sine of the angle below which two edges count as one line
-
-
-@dataclass(frozen=True, eq=False)
-class Plane:
-    """A plane with a frame in it: columns of `axes` (3, 2) span it, `normal` (3,) is outward."""
-
-    origin: Array
-    axes: Array
-    normal: Array
-
-    def flatten(self, points: Array) -> Array:
-        """Coordinates (n, 2) in the plane of points (n, 3)."""
-        return np.asarray((points - self.origin) @ self.axes)
-
-    def lift(self, points: Array) -> Array:
-        """Points (n, 3) in space of coordinates (n, 2) in the plane."""
-        return np.asarray(self.origin + points @ self.axes.T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,20 +185,9 @@ def _distinct(ring: Array, field: str) -> Array:
 
 
 def _plane(ring: Array, field: str) -> Plane:
-    """Plane through a ring: Newell's normal, which the winding orients."""
-    origin = ring.mean(axis=0)
-    arms = ring - origin
-    area = np.cross(arms, np.roll(arms, -1, axis=0)).sum(axis=0) / 2
-    size = float(np.linalg.norm(area))
-    if size < LEAST_AREA:
-        reason = f"has no area ({size:.3g} m^2): its points lie on a line or its loops cancel"
+    """The plane of a ring (v, 3)."""
+    origins, normals, areas = ring_planes(ring[None])
+    if areas[0] < LEAST_AREA:
+        reason = f"has no area ({areas[0]:.3g} m^2): its points lie on a line or its loops cancel"
         raise InvalidInput(field, ring.tolist(), reason)
-    return plane_of(origin, area / size)
-
-
-def plane_of(origin: Array, normal: Array) -> Plane:
-    """The plane through a point with a unit normal."""
-    helper = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    first = np.cross(helper, normal)
-    first /= np.linalg.norm(first)
-    return Plane(origin, np.column_stack([first, np.cross(normal, first)]), normal)
+    return plane_of(origins[0], normals[0])
