@@ -339,18 +339,25 @@ def test_a_bad_value_names_its_field(field: str, value: Any) -> None:
     assert field in caught.value.field or caught.value.field.endswith(field)
 
 
-@pytest.mark.parametrize("robot", ["anymall", "HyQ", ""])
-def test_changes_for_a_robot_that_there_is_not(hyq: Robot, robot: str) -> None:
+@pytest.mark.parametrize(("robot", "meant"), [("anymall", "anymal"), ("HyQ", "hyq")])
+def test_changes_for_a_robot_whose_name_is_misspelt(hyq: Robot, robot: str, meant: str) -> None:
     text = parse({**content(), "robots": {robot: {"time_limit": 5.0}}})
     for ask in (lambda: text.request_text("hyq"), lambda: text.request_for(hyq)):
-        with pytest.raises(InvalidInput, match=r"unknown; known are .*anymal") as caught:
+        with pytest.raises(InvalidInput, match=f"unknown; did you mean {meant}?") as caught:
             ask()
         assert (caught.value.field, caught.value.value) == ("robots", robot)
 
 
+def test_changes_for_a_robot_without_a_name() -> None:
+    with pytest.raises(InvalidInput, match=r"scenario\.robots"):
+        parse({**content(), "robots": {"": {"time_limit": 5.0}}})
+
+
 def test_changes_for_a_users_own_robot() -> None:
-    text = parse({**content(), "robots": {"mine": {"time_limit": 5.0}}})
+    """Known by their files alone: another's changes do not stand in the way of a known robot."""
+    text = parse({**content(), "robots": {"mine": {"time_limit": 5.0}, "g2": {}}})
     assert text.request_text("mine").time_limit == 5.0
+    assert text.request_text("hyq").time_limit == content()["request"].get("time_limit", 60.0)
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -28,7 +29,6 @@ from rbprm_core.validation import (
     Coordinate,
     Record,
     finite_number,
-    one_of,
     parse_record,
 )
 from rbprm_core.vocabulary import SurfaceKind
@@ -39,6 +39,9 @@ HalfRange = Annotated[float, Field(ge=0, le=math.tau)]
 Threshold = Annotated[float, Field(ge=0, le=MOST_FORCE)]
 GripForce = Annotated[float, Field(gt=0, le=MOST_FORCE)]
 TimeLimit = Annotated[float, Field(gt=0, le=1e6)]
+RobotName = Annotated[str, Field(pattern=FILE_NAME)]
+
+SLIP = 0.9  # difflib's ratio from which on a name is one misspelt: a letter more or less in five
 
 
 class PoseText(Record):
@@ -148,7 +151,7 @@ class Scenario(Record):
     environment: EnvironmentText
     request: RequestText
     options: PlannerOptions = PlannerOptions()
-    robots: dict[str, RobotChanges] = {}
+    robots: dict[RobotName, RobotChanges] = {}
     edits: tuple[EditText, ...] = ()
 
     def load_robot(self, robot: str | None = None) -> Robot:
@@ -205,11 +208,13 @@ class Scenario(Record):
         """The request as the file says it for a robot.
 
         Raises:
-            InvalidInput: the file has changes for a robot that there is not.
+            InvalidInput: the file has changes for a robot whose name is a known one misspelt.
         """
-        # A user's own robot is known by nothing but its file, so that only the one asked for is.
+        # Other names may be of robots of the user's own, which are known by their files alone.
         for name in self.robots:
-            one_of("robots", name, tuple({**known_robots(), robot: None}))
+            meant = None if name == robot else _misspelt(name)
+            if meant is not None:
+                raise InvalidInput("robots", name, f"unknown; did you mean {meant}?")
         changes = self.robots.get(robot)
         changed: dict[str, Any] = {}
         if changes is not None:
@@ -248,6 +253,20 @@ def load_scenario(scenario: str) -> Scenario:
         InvalidInput: unknown scenario, unreadable file, or a field at fault.
     """
     return parse_record(Scenario, read_toml(scenario, known_scenarios(), "scenario"), "scenario")
+
+
+def _misspelt(name: str) -> str | None:
+    """The known robot whose name a name is nearly, but is not."""
+    known = known_robots()
+    if name in known:
+        return None
+    # Another number is another robot.
+    numbered = [other for other in known if _digits(other) == _digits(name)]
+    return next(iter(get_close_matches(name.lower(), numbered, 1, SLIP)), None)
+
+
+def _digits(name: str) -> list[str]:
+    return [letter for letter in name if letter.isdigit()]
 
 
 def _placement(text: PoseText, field: str) -> Placement:

@@ -53,7 +53,7 @@ class Robot:
         Read when first asked for: meshes take a hundred times as long as the rest of the robot.
 
         Raises:
-            InvalidInput: meshes that cannot be read.
+            InvalidInput: meshes, or pairs in the SRDF, that cannot be read.
         """
         return _read_geometry(self.model, self.description)
 
@@ -88,7 +88,7 @@ class Robot:
         The limbs are the description's default ones; `RobotDescription.using` chooses others.
 
         Raises:
-            InvalidInput: missing file, unknown name, or unsupported joint.
+            InvalidInput: missing or unreadable file, unknown name, or unsupported joint.
         """
         if description.default_limbs is not None:
             description = description.using()
@@ -150,9 +150,16 @@ def _read_model(description: RobotDescription) -> pin.Model:
     except (RuntimeError, ValueError) as error:
         raise InvalidInput("robot.urdf", description.urdf, f"cannot be read: {error}") from error
     if description.srdf is not None:
-        srdf = find_resource(description.srdf, "robot.srdf")
-        pin.loadReferenceConfigurations(model, str(srdf))
+        srdf = str(find_resource(description.srdf, "robot.srdf"))
+        try:
+            pin.loadReferenceConfigurations(model, srdf)
+        except (RuntimeError, ValueError) as error:
+            raise _bad_srdf(description.srdf, error) from error
     return model
+
+
+def _bad_srdf(srdf: str, error: Exception) -> InvalidInput:
+    return InvalidInput("robot.srdf", srdf, f"cannot be read: {error}")
 
 
 def _limits(model: pin.Model, description: RobotDescription) -> tuple[Array, Array]:
@@ -183,7 +190,10 @@ def _read_geometry(model: pin.Model, description: RobotDescription) -> pin.Geome
     geometry.addAllCollisionPairs()
     if description.srdf is not None:
         srdf = str(find_resource(description.srdf, "robot.srdf"))
-        pin.removeCollisionPairs(model, geometry, srdf)
+        try:
+            pin.removeCollisionPairs(model, geometry, srdf)
+        except (RuntimeError, ValueError) as error:
+            raise _bad_srdf(description.srdf, error) from error
     else:
         _remove_adjacent_pairs(model, geometry)
     return geometry
