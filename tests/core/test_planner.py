@@ -231,7 +231,7 @@ def test_progress_goes_through_the_stages(hyq_data: RobotData, flat_scene: Scene
     assert [p.elapsed for p in told] == sorted(p.elapsed for p in told)
 
 
-@pytest.mark.parametrize("limit", [1e-3, 0.15])
+@pytest.mark.parametrize("limit", [1e-3, 0.04])  # before, and amid the 0.1 s of a fast machine
 def test_a_time_limit_is_kept(
     hyq_data: RobotData, rubble_scene: Scene, outcomes: Outcomes, limit: float
 ) -> None:

@@ -84,3 +84,8 @@ class PlanRequest:
     grip_force: float = GRIP_FORCE
     goal_limbs: tuple[str, ...] | None = None
     options: PlannerOptions = field(default_factory=PlannerOptions)
+
+    @property
+    def least_robustness(self) -> float:
+        """Least raw b0 that a state of the plan may have, newtons; see `most_robust`."""
+        return 0.0 if self.options.generator.most_robust else self.robustness_threshold

@@ -25,11 +25,11 @@ from rbprm_core.plan import (
 from rbprm_core.planner import Outcome
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot import Robot
+from rbprm_core.validation import MOST_FORCE
 
 Array = NDArray[np.float64]
 
 EXACT = 1e-3  # metres; how near to the goal the last root is where it may not leave the guide
-UNBOUNDED = 1e6  # newtons; written for an infinite b0, since JSON has no infinity
 
 
 def contact_plan(
@@ -95,7 +95,7 @@ def state_entry(robot: Robot, state: State) -> StateEntry:
         root=_root_pose(state.q),
         joints=tuple(state.q[7:].tolist()),
         com=_vector(state.com),
-        robustness=min(state.robustness, UNBOUNDED),
+        robustness=min(state.robustness, MOST_FORCE),
         contacts=tuple(_contact(robot, data, contact) for contact in state.contacts),
     )
 

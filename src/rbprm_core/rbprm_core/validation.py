@@ -18,7 +18,7 @@ FARTHEST = (
 
 MOST_FRICTION = 10.0  # rubber on rock has 1 or 2; statics lose their digits from 1e5 on
 MOST_GRAVITY = 100.0  # m/s^2, four times Jupiter's
-MOST_FORCE = 1e6  # newtons; what a plan file says where robustness is infinite
+MOST_FORCE = 1e6  # newtons; written for an infinite b0 too, since JSON has no infinity
 MOST_COUNT = 10**9  # of whatever is counted or tried
 
 Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]

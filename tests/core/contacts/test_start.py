@@ -106,7 +106,7 @@ def test_another_order_where_the_one_given_leads_nowhere(
         root[:3] = rng.uniform([-2, -0.1, 0.53], [3, 0.1, 0.73])
         q = generator.robot.reference.copy()
         q[:7] = root
-        alone = outcome(lambda q=q: _in_order(generator, q, LEGS, StartUnreachable))
+        alone = outcome(lambda q=q: _in_order(generator, q, LEGS, 10.0, StartUnreachable))
         found = outcome(lambda root=root: start_state(generator, root, LEGS))
         if isinstance(found, StartUnreachable):
             assert str(found) == str(alone)  # what is told is of the order given

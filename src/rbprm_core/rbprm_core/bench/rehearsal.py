@@ -155,8 +155,8 @@ class _Walk:
 
     def _watch(self) -> Watch:
         request = self._request
-        threshold = 0.0 if request.options.generator.most_robust else request.robustness_threshold
-        return Watch(self._data, self._states, threshold, request.gravity, request.grip_force)
+        least = request.least_robustness
+        return Watch(self._data, self._states, least, request.gravity, request.grip_force)
 
     def _rest(self) -> ContactPlan:
         """What is left to be walked, as a plan of its own."""

@@ -27,14 +27,16 @@ def start_state(
     """A state in static equilibrium with given limbs in contact, from the reference posture.
 
     Limbs make contact in the order given. Where that leads nowhere its rotations are tried: a limb
-    may be in another's way, and the last one has to complete the equilibrium.
+    may be in another's way, and the last one has to complete the equilibrium. Only where no order
+    reaches the threshold does `most_robust` let them be tried again for less.
 
     Args:
         root: (7 + j,) root configuration. limbs: indices of the limbs that must be in contact.
         which: "start" or "goal", for the error.
 
     Raises:
-        StartUnreachable, GoalUnreachable: names the limb and why, in the order given.
+        StartUnreachable, GoalUnreachable: names the limb and why, in the order given; with
+            `most_robust`, why not even for less.
         TimeLimitReached, Cancelled: from the budget.
     """
     kind = StartUnreachable if which == "start" else GoalUnreachable
@@ -44,34 +46,47 @@ def start_state(
         raise kind("the root part of the robot collides with the environment")
     if not limbs:
         raise kind("no limb is to be in contact")
+    orders = [(*limbs[turn:], *limbs[:turn]) for turn in range(len(limbs))]
+    tries = [(least, order) for least in _enough(generator) for order in orders]
     failures: list[RootUnreachable] = []
-    for turn in range(len(limbs)):
+    for least, order in tries:
         if budget is not None:
-            budget.check("start", turn / len(limbs))
+            budget.check("start", len(failures) / len(tries))
         try:
-            found = _in_order(generator, q, (*limbs[turn:], *limbs[:turn]), kind)
+            found = _in_order(generator, q, order, least, kind)
         except RootUnreachable as error:
             failures.append(error)
             continue
         contacts = sorted(found.contacts, key=lambda contact: limbs.index(contact.limb))
         return replace(found, contacts=tuple(contacts))
-    raise failures[0]
+    raise failures[-len(orders)]
+
+
+def _enough(generator: ContactGenerator) -> tuple[float, ...]:
+    """Least b0 of a start, newtons: what is asked for, then what is taken as a last resort."""
+    if generator.floor < generator.threshold:
+        return generator.threshold, generator.floor
+    return (generator.threshold,)
 
 
 def _in_order(
     generator: ContactGenerator,
     q: Array,
     limbs: Sequence[int],
+    least: float,
     kind: type[StartUnreachable | GoalUnreachable],
 ) -> State:
     """The state that limbs lead to from a configuration (nq,), one after the other.
+
+    Args:
+        least: b0 that the whole set has to reach, newtons.
 
     Raises:
         StartUnreachable, GoalUnreachable: as `kind` says.
     """
     robot = generator.robot
     contacts: list[Contact] = []
-    floor = generator.floor if generator.options.most_robust else None
+    floor = least if generator.options.most_robust else None
     still = LookAhead.still(q[robot.root_index])
     for count, limb in enumerate(limbs, start=1):
         # Equilibrium is asked of the whole set only: two feet alone hold no quadruped.
@@ -88,6 +103,6 @@ def _in_order(
             name = robot.limbs[limb].name
             raise kind(f"limb {name}, at its reference posture, is in collision", name)
     value = generator.robustness(q, contacts)
-    if value < generator.floor:
+    if value < least:
         raise kind(f"{len(contacts)} contacts hold it with robustness {value:.3g} N only")
     return generator.state(q, contacts, free, value)

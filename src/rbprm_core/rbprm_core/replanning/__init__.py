@@ -1,7 +1,7 @@
 """Going on from a plan whose surroundings changed: what still holds, from where, and how."""
 
 from rbprm_core.replanning.policy import Decision, Keep, Replan, Situation, Stuck, decide
-from rbprm_core.replanning.replan import Revision, replan
+from rbprm_core.replanning.replan import Revision, replan, replan_from_one_of
 from rbprm_core.replanning.restore import restored_state, restored_states
 from rbprm_core.replanning.validity import InvalidState, Reason, Watch, invalid_states
 
@@ -18,6 +18,7 @@ __all__ = [
     "decide",
     "invalid_states",
     "replan",
+    "replan_from_one_of",
     "restored_state",
     "restored_states",
 ]
