@@ -19,8 +19,14 @@ import rclpy
 from ament_index_python import get_package_prefix
 from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
 from nav_msgs.msg import Path as PathMessage
-from rbprm_msgs.msg import ContactSequence, PlannerStatus, Surface, SurfaceArray
-from rbprm_msgs.srv import Plan
+from rbprm_msgs.msg import (
+    ContactSequence,
+    PlannerStatus,
+    PlanningResult,
+    Surface,
+    SurfaceArray,
+)
+from rbprm_msgs.srv import GetEnvironment, Plan, SetEnvironment
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -35,6 +41,7 @@ EXECUTABLES = Path(get_package_prefix("rbprm_ros")) / "lib" / "rbprm_ros"
 START_TIMEOUT = 30.0
 ANSWER_TIMEOUT = 60.0
 DOMAINS = itertools.count(os.getpid())
+ENDLESS = ("--ros-args", "-p", "guide.rrt.iterations:=1000000000")  # only time limits end a search
 
 
 class Process:
@@ -154,6 +161,17 @@ class Executive:
         self.spin_until(future.done, f"an answer of {name}", timeout)
         return future.result()
 
+    def known(self) -> set[str]:
+        """Ids of the surfaces that the planner knows."""
+        answer = self.ask(GetEnvironment, "get_environment", GetEnvironment.Request())
+        return {surface.id for surface in answer.environment.surfaces}
+
+    def give(self, surfaces: SurfaceArray) -> None:
+        """Set the planner's environment."""
+        request = SetEnvironment.Request(environment=surfaces)
+        answer = self.ask(SetEnvironment, "set_environment", request)
+        assert answer.result.code == PlanningResult.SUCCESS, answer.result.text
+
     def call_on_surfaces(self, request: Plan.Request) -> Plan.Response:
         """Call until the surfaces, which have been sent, are there."""
         end = time.monotonic() + START_TIMEOUT
@@ -253,7 +271,7 @@ def site(tmp_path: Path) -> Iterator[Site]:
 def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
     """A domain with a planner node that the tests of a module share."""
     made = Site(tmp_path_factory.mktemp("shared"))
-    made.planner()
+    made.planner(*ENDLESS)
     yield made
     made.close()
 
@@ -263,7 +281,7 @@ def managed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
     """A domain with a planner node that waits for its manager."""
     made = Site(tmp_path_factory.mktemp("managed"))
     level = ("--log-level", "rbprm_planner:=debug")
-    made.start("planner_node", "--ros-args", "-p", "autostart:=false", *level)
+    made.start("planner_node", *ENDLESS, "-p", "autostart:=false", *level)
     yield made
     made.close()
 

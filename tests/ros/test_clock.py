@@ -10,7 +10,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from rbprm_msgs.action import PlanContacts
 from rbprm_msgs.msg import InvalidState, PlannerStatus, PlanningResult, SurfaceArray
-from rbprm_msgs.srv import GetEnvironment, Plan
+from rbprm_msgs.srv import Plan
 from rclpy.action import ActionClient
 from rosgraph_msgs.msg import Clock
 
@@ -49,17 +49,11 @@ def jumping(simulated: Executive) -> Executive:
     return simulated
 
 
-def give(executive: Executive, surfaces: SurfaceArray) -> None:
+def show(executive: Executive, surfaces: SurfaceArray) -> None:
     """Publish surfaces, and wait until the planner has them."""
     wanted = {surface.id for surface in surfaces.surfaces}
     executive.publish(surfaces)
-    executive.spin_until(lambda: known(executive) == wanted, "the surfaces")
-
-
-def known(executive: Executive) -> set[str]:
-    """Ids of the surfaces that the planner knows."""
-    answer = executive.ask(GetEnvironment, "get_environment", GetEnvironment.Request())
-    return {surface.id for surface in answer.environment.surfaces}
+    executive.spin_until(lambda: executive.known() == wanted, "the surfaces")
 
 
 def goal_until_its_limit(executive: Executive, request: Plan.Request) -> list[float]:
@@ -91,18 +85,18 @@ def wait_for_state(executive: Executive, state: int) -> PlannerStatus:
 def plan_and_replan(executive: Executive, request: Plan.Request, ground: SurfaceArray) -> None:
     """Have the planner plan, and mend what it planned when a surface changes."""
     request.time_limit, request.goal.pose.position.x = 0.0, 1.0
-    give(executive, ground)
+    show(executive, ground)
     answer = executive.call(request)
     assert answer.result.code == PlanningResult.SUCCESS, answer.result.text
     wait_for_state(executive, PlannerStatus.VALID)
     count = len(executive.statuses)
-    give(executive, SurfaceArray())
+    show(executive, SurfaceArray())
     invalidated = wait_for_state(executive, PlannerStatus.FAILED)
     assert {s.reason for s in executive.statuses[count].invalid_states} == {
         InvalidState.SURFACE_LOST
     }
     assert invalidated.sequence_id == answer.sequence.sequence_id
-    give(executive, ground)
+    show(executive, ground)
     wait_for_state(executive, PlannerStatus.VALID)
 
 
@@ -115,7 +109,7 @@ def test_clock_that_nobody_publishes(
 ) -> None:
     healths: list[DiagnosticArray] = []
     simulated.node.create_subscription(DiagnosticArray, "/diagnostics", healths.append, CALLS)
-    give(simulated, gap)
+    show(simulated, gap)
     times = goal_until_its_limit(simulated, request_over_gap)
     assert times == sorted(times)
     assert times[-1] > 0.5
@@ -132,13 +126,13 @@ def test_clock_that_jumps(
     ground: SurfaceArray,
     request_over_gap: Plan.Request,
 ) -> None:
-    give(jumping, gap)
+    show(jumping, gap)
     times = goal_until_its_limit(jumping, request_over_gap)
     assert times == sorted(times)
     assert 0.5 < times[-1] < 1.5
     # What comes later is newer, whatever its stamp says.
     gap.header.stamp.sec, ground.header.stamp.sec = 2_000_000_000, 1
-    give(jumping, gap)
+    show(jumping, gap)
     plan_and_replan(jumping, request_over_gap, ground)
     stamps = {status.header.stamp.sec for status in jumping.statuses}
     assert stamps <= {0, *JUMPS}

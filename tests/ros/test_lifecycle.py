@@ -9,7 +9,7 @@ from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rbprm_msgs.action import PlanContacts
 from rbprm_msgs.msg import PlannerStatus, PlanningResult, SurfaceArray
-from rbprm_msgs.srv import GetEnvironment, Plan, Replan, Validate
+from rbprm_msgs.srv import Plan, Replan, Validate
 from rclpy.action import ActionClient
 
 if TYPE_CHECKING:
@@ -27,12 +27,6 @@ def change(executive: Executive, transition: int) -> bool:
     """Ask for a transition; returns whether it took place."""
     request = ChangeState.Request(transition=Transition(id=transition))
     return bool(executive.ask(ChangeState, "change_state", request).success)
-
-
-def known(executive: Executive) -> int:
-    """Number of surfaces that the planner knows."""
-    answer = executive.ask(GetEnvironment, "get_environment", GetEnvironment.Request())
-    return len(answer.environment.surfaces)
 
 
 def start_goal(executive: Executive) -> Any:
@@ -89,7 +83,7 @@ def test_calls_before_activation_are_refused(
     assert codes(executive) == {PlanningResult.NOT_ACTIVE}
     # The environment is taken in all the same: who publishes it once must not have to do so again.
     executive.publish(ground)
-    executive.spin_until(lambda: known(executive) == 1, "the ground")
+    executive.spin_until(lambda: len(executive.known()) == 1, "the ground")
     assert change(executive, Transition.TRANSITION_CONFIGURE)
     assert state(executive) == State.PRIMARY_STATE_INACTIVE
     assert codes(executive) == {PlanningResult.NOT_ACTIVE}
@@ -109,11 +103,11 @@ def test_deactivation_cancels_what_is_planned(
 ) -> None:
     executive, planner = activated, managed.processes[0]
     executive.publish(gap)
-    executive.spin_until(lambda: known(executive) == 2, "the surfaces")
+    executive.spin_until(lambda: len(executive.known()) == 2, "the surfaces")
     call = executive.start_call(request_over_gap)
     executive.spin_until(lambda: "guide 0%" in planner.log.read_text(), "search")
     waiting = executive.start_call(request_over_gap)
-    known(executive)  # the call has come before this one is answered
+    executive.known()  # the call has come before this one is answered
     assert change(executive, Transition.TRANSITION_DEACTIVATE)
     assert executive.answer(call, 2.0).result.code == PlanningResult.CANCELLED
     assert executive.answer(waiting, 2.0).result.code == PlanningResult.CANCELLED
@@ -129,7 +123,7 @@ def test_deactivation_ends_replanning_too(
     """What is published stays as it is, and is gone on with once the node is active again."""
     statuses = activated.statuses
     activated.publish(ground)
-    activated.spin_until(lambda: known(activated) == 1, "the ground")
+    activated.spin_until(lambda: len(activated.known()) == 1, "the ground")
     request_on_ground.goal.pose.position.x = 4.5
     assert activated.call(request_on_ground).result.code == PlanningResult.SUCCESS
     activated.publish(gap)
@@ -150,7 +144,7 @@ def test_cleanup_forgets(
     managed: Site, activated: Executive, ground: SurfaceArray, request_on_ground: Plan.Request
 ) -> None:
     activated.publish(ground)
-    activated.spin_until(lambda: known(activated) == 1, "the ground")
+    activated.spin_until(lambda: len(activated.known()) == 1, "the ground")
     request_on_ground.goal.pose.position.x = 0.2
     assert activated.call(request_on_ground).result.code == PlanningResult.SUCCESS
     activated.spin_until(lambda: activated.statuses[-1].sequence_id != "", "a sequence")
@@ -164,7 +158,7 @@ def test_cleanup_forgets(
     assert not late.guides[-1].poses
     status = late.statuses[-1]
     assert (status.state, status.sequence_id) == (PlannerStatus.IDLE, "")
-    assert known(activated) == 0
+    assert len(activated.known()) == 0
     assert change(activated, Transition.TRANSITION_CONFIGURE)
     assert change(activated, Transition.TRANSITION_ACTIVATE)
     assert activated.call(request_on_ground).result.field == "surfaces"

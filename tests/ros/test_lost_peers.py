@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import pytest
 from rbprm_msgs.action import PlanContacts
 from rbprm_msgs.msg import ExecutionState, PlannerStatus, PlanningResult, SurfaceArray
-from rbprm_msgs.srv import GetEnvironment, Plan, Replan, SetEnvironment, Validate
+from rbprm_msgs.srv import GetEnvironment, Plan, Replan, Validate
 from rclpy.serialization import serialize_message
 
 from rbprm_ros.client import PlannerClient
@@ -67,28 +67,16 @@ def client_of(executive: Executive) -> PlannerClient:
     return client
 
 
-def known(executive: Executive) -> set[str]:
-    """Ids of the surfaces that the planner knows."""
-    answer = executive.ask(GetEnvironment, "get_environment", GetEnvironment.Request())
-    return {surface.id for surface in answer.environment.surfaces}
-
-
 def friction(executive: Executive) -> float:
     """Friction coefficient of the first surface that the planner knows, 0 without one."""
     answer = executive.ask(GetEnvironment, "get_environment", GetEnvironment.Request())
     return max((surface.friction for surface in answer.environment.surfaces[:1]), default=0.0)
 
 
-def give(executive: Executive, surfaces: SurfaceArray) -> None:
-    """Set the planner's environment."""
-    request = SetEnvironment.Request(environment=surfaces)
-    assert executive.ask(SetEnvironment, "set_environment", request).result.code == 0
-
-
 @pytest.fixture
 def walked(executive: Executive, ground: SurfaceArray, request_on_ground: Plan.Request) -> str:
     """The id of a sequence on flat ground that is published and holds."""
-    give(executive, ground)
+    executive.give(ground)
     answer = executive.call(request_on_ground)
     assert answer.result.code == PlanningResult.SUCCESS, answer.result.text
     executive.listen()
@@ -101,7 +89,7 @@ def walked(executive: Executive, ground: SurfaceArray, request_on_ground: Plan.R
 def test_client_killed_amid_its_goal(
     shared: Site, executive: Executive, gap: SurfaceArray, request_over_gap: Plan.Request
 ) -> None:
-    give(executive, gap)
+    executive.give(gap)
     executive.listen()
     told = executive.statuses
     request_over_gap.time_limit = 1.5
@@ -123,7 +111,7 @@ def test_client_killed_amid_its_goal(
 def test_goals_of_two_executives(
     shared: Site, executive: Executive, gap: SurfaceArray, request_over_gap: Plan.Request
 ) -> None:
-    give(executive, gap)
+    executive.give(gap)
     other = shared.executive()
     here, there = client_of(executive), client_of(other)
     first = here.plan(request_over_gap)
@@ -183,7 +171,7 @@ def test_watching_process_killed_amid_its_look(
     watcher = planner.worker("watching")
     os.kill(watcher, signal.SIGSTOP)
     executive.publish(gap)
-    executive.spin_until(lambda: known(executive) == {"here", "there"}, "the surfaces")
+    executive.spin_until(lambda: executive.known() == {"here", "there"}, "the surfaces")
     count = len(told)
     os.kill(watcher, signal.SIGKILL)
     # A new process looks at what this one was to look at; on the gap's surfaces the feet have moved
@@ -217,6 +205,6 @@ def test_surfaces_that_stop_while_it_plans(
     assert answer.result.code == PlanningResult.SUCCESS, answer.result.text
     # What was seen last is known still, and everybody is told when that was.
     assert answer.sequence.surfaces_stamp.sec == 10
-    assert known(executive) == {"ground"}
+    assert executive.known() == {"ground"}
     found = executive.ask(Validate, "validate", Validate.Request())
     assert (found.valid, found.surfaces_stamp.sec) == (True, 10)

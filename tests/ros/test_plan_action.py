@@ -11,7 +11,7 @@ import pytest
 from action_msgs.msg import GoalStatus
 from rbprm_msgs.action import PlanContacts
 from rbprm_msgs.msg import ContactSequence, PlanningResult, SurfaceArray
-from rbprm_msgs.srv import GetEnvironment, Plan
+from rbprm_msgs.srv import Plan
 from rclpy.action import ActionClient
 
 from rbprm_ros.qos import CALLS
@@ -67,7 +67,7 @@ def send(executive: Executive) -> Callable[[Plan.Request], Goal]:
 def search(executive: Executive, gap: SurfaceArray, request_over_gap: Plan.Request) -> Plan.Request:
     """A request that is searched for until its time is over; its surfaces are known."""
     executive.publish(gap)
-    executive.spin_until(lambda: _known(executive) == 2, "surfaces")
+    executive.spin_until(lambda: len(executive.known()) == 2, "surfaces")
     return request_over_gap
 
 
@@ -77,15 +77,10 @@ def long_walk(
 ) -> Plan.Request:
     """A request whose many states take a while; its surfaces are known."""
     executive.publish(ground)
-    executive.spin_until(lambda: _known(executive) == 1, "surfaces")
+    executive.spin_until(lambda: len(executive.known()) == 1, "surfaces")
     request_on_ground.start.pose.position.x = -4.0
     request_on_ground.goal.pose.position.x = 4.0
     return request_on_ground
-
-
-def _known(executive: Executive) -> int:
-    answer = executive.ask(GetEnvironment, "get_environment", GetEnvironment.Request())
-    return len(answer.environment.surfaces)
 
 
 def test_goal_is_planned_with_feedback_and_published(

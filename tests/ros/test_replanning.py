@@ -18,7 +18,7 @@ from rbprm_msgs.msg import (
     Surface,
     SurfaceArray,
 )
-from rbprm_msgs.srv import GetEnvironment, Plan, Replan
+from rbprm_msgs.srv import Plan, Replan
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 
@@ -64,13 +64,14 @@ class Walk:
         limit = Parameter("replanning.time_limit", value=1.0).to_parameter_msg()
         executive.ask(SetParameters, "set_parameters", SetParameters.Request(parameters=[limit]))
         executive.publish(SurfaceArray(surfaces=TILES))
-        executive.spin_until(lambda: known(executive) == {t.id for t in TILES}, "the tiles")
+        executive.spin_until(lambda: executive.known() == {t.id for t in TILES}, "the tiles")
         answer = executive.call(way_to(3.0))
         assert answer.result.code == PlanningResult.SUCCESS, answer.result.text
         self.first: ContactSequence = answer.sequence
         executive.listen()
         self.wait_for(PlannerStatus.VALID)
-        self._execute(EXECUTED)
+        self.execute(EXECUTED)
+        self.wait_until_in(EXECUTED)
 
     @property
     def status(self) -> PlannerStatus:
@@ -113,17 +114,17 @@ class Walk:
         report = check_plan(plan)
         assert report.valid, [str(violation) for violation in report.violations[:5]]
 
-    def _execute(self, index: int) -> None:
+    def execute(self, state: int, revision: int = 0) -> None:
+        """Tell the planner where the robot is."""
         there = self._execution.get_subscription_count
         self.executive.spin_until(lambda: there() > 0, "a subscriber")
-        self._execution.publish(ExecutionState(sequence_id=self.first.sequence_id, state=index))
-        self.executive.spin_until(lambda: self.status.executed_state == index, "notice of it")
+        identity = self.first.sequence_id
+        message = ExecutionState(sequence_id=identity, revision=revision, state=state)
+        self._execution.publish(message)
 
-
-def known(executive: Executive) -> set[str]:
-    """Ids of the surfaces that the planner knows."""
-    answer = executive.ask(GetEnvironment, "get_environment", GetEnvironment.Request())
-    return {surface.id for surface in answer.environment.surfaces}
+    def wait_until_in(self, state: int) -> None:
+        """Wait until the planner knows that the robot is in a state."""
+        self.executive.spin_until(lambda: self.status.executed_state == state, "notice of it")
 
 
 def stands_on(state: ContactState, names: set[str]) -> bool:
@@ -166,10 +167,10 @@ def test_lost_tile_is_told_and_stepped_over(walk: Walk) -> None:
 def test_nothing_is_planned_where_nothing_ahead_is_touched(walk: Walk) -> None:
     version = walk.status.environment_version
     walk.change(tile("beside", 1.0, y=5.0))
-    walk.executive.spin_until(lambda: "beside" in known(walk.executive), "the new tile")
+    walk.executive.spin_until(lambda: "beside" in walk.executive.known(), "the new tile")
     walk.change(tile("beside", 1.0, y=6.0))
     walk.change(removed=("beside",))
-    walk.executive.spin_until(lambda: "beside" not in known(walk.executive), "its end")
+    walk.executive.spin_until(lambda: "beside" not in walk.executive.known(), "its end")
     walk.change(removed=(FAR,))  # what is told after this comes after all that was before
     walk.wait_for(PlannerStatus.VALID, 1)
     assert walk.status.environment_version >= version + 4
@@ -280,3 +281,42 @@ def test_changes_are_looked_at_while_a_caller_waits_for_a_plan(shared: Site, wal
     finally:
         os.kill(worker, signal.SIGCONT)
     assert walk.executive.answer(call).result.code == PlanningResult.SUCCESS
+
+
+def test_of_another_revision_counts_what_both_have(walk: Walk) -> None:
+    walk.change(removed=(FAR,))
+    walk.wait_for(PlannerStatus.VALID, 1)
+    changed = walk.sequence.first_changed_state
+    last = len(walk.sequence.states) - 1
+    walk.execute(last, revision=2)  # there is none
+    walk.execute(last, revision=0)  # the robot went on while the new one was on its way
+    walk.wait_until_in(changed - 1)
+    walk.execute(changed, revision=1)
+    walk.wait_until_in(changed)
+
+
+def test_a_plan_that_fails_leaves_the_published_one_as_it_stands(walk: Walk) -> None:
+    answer = walk.executive.call(way_to(50.0))
+    assert answer.result.code != PlanningResult.SUCCESS
+    walk.executive.spin_until(
+        lambda: walk.status.result.code == answer.result.code, "the reason in the status"
+    )
+    assert (walk.status.state, walk.status.sequence_id) == (
+        PlannerStatus.VALID,
+        walk.first.sequence_id,
+    )
+    walk.change(removed=(FAR,))
+    walk.wait_for(PlannerStatus.VALID, 1)
+    assert walk.status.result.code == PlanningResult.SUCCESS
+
+
+def test_two_changes_at_once_are_both_told(walk: Walk) -> None:
+    """The second comes while the first is looked at, or planned for."""
+    ahead = sorted(ahead_of(walk))
+    walk.change(removed=(FAR,))
+    walk.change(removed=tuple(name for name in ahead if name != FAR))
+    walk.wait_for(PlannerStatus.FAILED, walk.status.revision + 1)
+    assert not any(stands_on(state, set(ahead)) for state in walk.sequence.states)
+    walk.change(*(tile for tile in TILES if tile.id in ahead))
+    walk.wait_for(PlannerStatus.VALID, walk.status.revision + 1)
+    walk.require_clean()

@@ -6,22 +6,10 @@ import signal
 from typing import TYPE_CHECKING
 
 from rbprm_msgs.msg import PlannerStatus, PlanningResult, SurfaceArray
-from rbprm_msgs.srv import GetEnvironment, Plan, Replan, SetEnvironment, Validate
+from rbprm_msgs.srv import Plan, Replan, Validate
 
 if TYPE_CHECKING:
-    from conftest import Executive, Process, Site
-
-
-def known(executive: Executive) -> set[str]:
-    """Ids of the surfaces that the planner knows."""
-    answer = executive.ask(GetEnvironment, "get_environment", GetEnvironment.Request())
-    return {surface.id for surface in answer.environment.surfaces}
-
-
-def give(executive: Executive, surfaces: SurfaceArray) -> None:
-    """Set the planner's environment."""
-    request = SetEnvironment.Request(environment=surfaces)
-    assert executive.ask(SetEnvironment, "set_environment", request).result.code == 0
+    from conftest import Process, Site
 
 
 def walker(site: Site, rate: float) -> Process:
@@ -65,7 +53,7 @@ def test_planner_started_again(
     assert any(end in walking.log.read_text() for end in ends)
     after = site.executive()
     after.listen()
-    assert known(after) == set()
+    assert after.known() == set()
     after.spin_until(lambda: bool(after.statuses), "a status")
     assert (after.statuses[-1].state, after.statuses[-1].sequence_id) == (PlannerStatus.IDLE, "")
     assert after.sequences == []
@@ -75,7 +63,7 @@ def test_planner_started_again(
     # The environment is given again; what was kept of the sequence can be held against it.
     floor = ground.surfaces[0]
     floor.id = sequences[-1].states[0].contacts[0].surface_id
-    give(after, ground)
+    after.give(ground)
     kept = Validate.Request(sequence=sequences[-1])
     found = after.ask(Validate, "validate", kept)
     assert found.result.code == PlanningResult.SUCCESS, found.result.text

@@ -240,9 +240,9 @@ class Executive:
     def _tell_status(self, status: PlannerStatus) -> None:
         name = STATUS_NAMES[status.state]
         if status.state == PlannerStatus.INVALIDATED:
-            first = status.invalid_states[0].text
+            reasons = "; ".join(state.text for state in status.invalid_states[:1])
             count = len(status.invalid_states)
-            self._log.info(f"{name}: {count} states, {self._since_edit()}; {first}")
+            self._log.info(f"{name}: {count} states, {self._since_edit()}; {reasons}")
         elif status.state == PlannerStatus.FAILED:
             self._log.warning(f"{name}: {status.result.text}")
 

@@ -43,7 +43,8 @@ class Job:
         id: of this piece of work.
         time_limit: seconds, from when the robot's data are there.
         snapshot: surfaces to plan on; None on the way to the process, which is sent changes.
-        kept: states of the plan that stay; the last is gone on from. Empty: from the beginning.
+        kept: states of the plan that may stay. Empty: from the beginning.
+        candidates: indices of those to go on from, the best first; empty for the last alone.
         measured: whether `kept` is one state as measured, which may be a little off its contacts.
         bounds_derived: whether the request left its bounds open.
         shown: whether the states are reported while they grow, which takes a tenth of the time.
@@ -55,6 +56,7 @@ class Job:
     time_limit: float
     snapshot: Snapshot | None
     kept: tuple[StateEntry, ...] = ()
+    candidates: tuple[int, ...] = ()
     measured: bool = False
     bounds_derived: bool = False
     shown: bool = False

@@ -76,10 +76,10 @@ class Outbox:
         self._guide.publish(Path(header=header))
         self._sequence.publish(ContactSequence(header=header))
 
-    def status(self, standing: Standing, published: Published | None, snapshot: Snapshot) -> None:
+    def status(self, standing: Standing, published: Published | None) -> None:
         """Publish how the planner stands."""
         header = Header(stamp=self._node.get_clock().now().to_msg())
-        self._status.publish(status_message(header, standing, published, snapshot))
+        self._status.publish(status_message(header, standing, published))
 
     def markers(self, snapshot: Snapshot, plan: ContactPlan | None) -> bool:
         """Publish what there is to see; False where nobody looks."""
@@ -129,7 +129,7 @@ class Outbox:
         failure = failure_of(error)
         if not isinstance(error, RbprmError):
             self._node.get_logger().error("".join(traceback.format_exception(error)))
-        self._node.get_logger().warning(f"no plan: {failure.code.name}: {failure.text}")
+        self._node.get_logger().warning(f"refused: {failure.code.name}: {failure.text}")
         return result_message(failure)
 
     def _header_of(self, published: Published) -> Header:

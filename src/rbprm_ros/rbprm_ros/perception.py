@@ -37,7 +37,7 @@ class Perception:
 
     def see_all(self) -> set[str]:
         """Publish the whole environment, without edits; returns the ids of its surfaces."""
-        surfaces, obstacles = scenario_environment(self._scenario.name)
+        surfaces, obstacles = scenario_environment(self._scenario)
         self._publisher.publish(surfaces_message(surfaces, self._header(), obstacles))
         return {surface.id for surface in surfaces}
 

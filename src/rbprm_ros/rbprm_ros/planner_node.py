@@ -154,8 +154,9 @@ class PlannerNode(LifecycleNode):
             self._planning.close()
             self._planning = None
         self._environment.clear()
+        self._dirty = True
         self._outbox.nothing()
-        self._outbox.status(Standing(), None, self._environment.snapshot)
+        self._outbox.status(Standing(), None)
 
     def _answer_every_transition(self) -> None:
         """Refuse an impossible transition; rclpy raises there, and the caller waits for ever."""
@@ -198,7 +199,7 @@ class PlannerNode(LifecycleNode):
     def _on_health(self) -> None:
         planning, environment = self._planning, self._environment
         if planning is not None:
-            self._outbox.health(planning, environment, self._calls)
+            self._outbox.health(planning, environment, self.calls)
 
     def _on_sequence(self, published: Published) -> None:
         self._outbox.sequence(published)
@@ -206,8 +207,7 @@ class PlannerNode(LifecycleNode):
 
     def _tell_standing(self) -> None:
         if self._planning is not None:
-            planning = self._planning
-            self._outbox.status(planning.standing, planning.published, self._environment.snapshot)
+            self._outbox.status(self._planning.standing, self._planning.published)
 
     def _serve(self, kind: Any, name: str, serve: Callable[[Any, Any], Awaitable[None]]) -> None:
         """Offer a service that always answers; in the answer's `result` is what went wrong."""
@@ -259,7 +259,7 @@ class PlannerNode(LifecycleNode):
 
     def _on_execution(self, message: ExecutionState) -> None:
         if self._planning is not None:
-            self._planning.executed(message.sequence_id, message.state)
+            self._planning.executed(message.sequence_id, message.revision, message.state)
 
     async def _on_plan(self, message: Plan.Request, response: Plan.Response) -> None:
         planning, job = self._required(), self._job(message)
@@ -299,12 +299,12 @@ class PlannerNode(LifecycleNode):
             known = (*known_robots(), self._settings().robot)
             name = one_of("sequence.robot", plan.robot.name, known)
             robot = base.job.robot if own and base else RobotChoice(name)
-            key = uuid.uuid4().hex
+            found = planning.validate(robot, uuid.uuid4().hex, plan, message.from_state)
         else:
             base = self._base(planning, message.sequence.sequence_id)
-            plan, robot, key = base.plan, base.job.robot, base.key
+            found = planning.validate_published(base, message.from_state)
         snapshot = self._environment.snapshot
-        invalid = await planning.validate(robot, key, plan, message.from_state)
+        invalid = await found
         response.valid = not invalid
         response.invalid_states = invalid_state_messages(invalid)
         response.environment_version = snapshot.version

@@ -7,8 +7,9 @@ other tells which states of the published sequence still hold, so that it never 
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError
 from concurrent.futures import Future as WorkFuture
 from dataclasses import replace
@@ -21,7 +22,7 @@ from rbprm_core.plan import ContactPlan, StateEntry
 from rbprm_core.replanning import InvalidState, Keep, Replan, Situation, Stuck, decide
 from rbprm_ros.awaiting import outcome_of
 from rbprm_ros.bounds import derived_bounds
-from rbprm_ros.environment import Environment
+from rbprm_ros.environment import Environment, Snapshot
 from rbprm_ros.failure import SUCCEEDED, Failure, NodeCode, NodeError, failure_of
 from rbprm_ros.jobs import Job, Result, RobotChoice, Validation
 from rbprm_ros.parameters import Settings
@@ -114,17 +115,17 @@ class Planning:
             RbprmError: why there is none; OUTDATED where another revision came first.
         """
         plan = await self._planned(job, ignore, submitted)
-        text = self._outdated(job, base)
+        text = self._outdated(job, base, plan)
         if text:
             self._stand(activity=self._resting(self.standing.invalid))
             raise NodeError(NodeCode.OUTDATED, text)
         return self._publish_revision(job, base, plan)
 
-    def _outdated(self, job: Job, base: Published) -> str:
+    def _outdated(self, job: Job, base: Published, plan: ContactPlan) -> str:
         """Why a revision is for nothing; "" where it is not."""
         if self.published is not base:
             return f"sequence {base.id} has another revision now; ask again"
-        if not job.measured and len(job.kept) <= self.standing.executed:
+        if not job.measured and _common(job.kept, plan.states) <= self.standing.executed:
             return f"the robot went on to state {self.standing.executed} meanwhile; ask again"
         return ""
 
@@ -132,7 +133,14 @@ class Planning:
         self, robot: RobotChoice, key: str, plan: ContactPlan, first: int
     ) -> tuple[InvalidState, ...]:
         """The states of a sequence, from one on, that do not hold on the surfaces of now."""
-        work = self._validation(robot, key, plan, first)
+        least = plan.request.robustness_threshold
+        return await self._looked(self._validation(robot, key, plan, least, first))
+
+    async def validate_published(self, base: Published, first: int) -> tuple[InvalidState, ...]:
+        """The same of the published sequence, whose states may be less robust where asked for."""
+        return await self._looked(self._validation_of(base, first))
+
+    async def _looked(self, work: Validation) -> tuple[InvalidState, ...]:
         found = await outcome_of(self.watcher.submit(work, ignore), self._executor())
         assert isinstance(found, tuple)
         return found
@@ -143,7 +151,7 @@ class Planning:
         The last that holds before one that does not; where all hold, the executed one.
         """
         executed = max(self.standing.executed, 0)
-        invalid = await self.validate(base.job.robot, base.key, base.plan, executed)
+        invalid = await self.validate_published(base, executed)
         first = min((state.index for state in invalid), default=executed + 1)
         return max(first - 1, executed)
 
@@ -163,24 +171,42 @@ class Planning:
         self._halted = False
         self.surfaces_changed()  # they may have, while nobody looked
 
-    def executed(self, sequence_id: str, state: int) -> None:
-        """Take note of where the robot is; of another sequence than the published one, nothing."""
-        if self.published is not None and sequence_id == self.published.id:
-            state = min(state, len(self.published.plan.states) - 1)
-            self._stand(executed=max(state, self.standing.executed))
+    def executed(self, sequence_id: str, revision: int, state: int) -> None:
+        """Take note of where the robot is; of another sequence than the published one, nothing.
+
+        Of the revision before, what the published one has of it: it may have been under way.
+        """
+        base = self.published
+        if base is None or sequence_id != base.id:
+            return
+        if revision == base.revision:
+            most = len(base.plan.states) - 1
+        elif revision == base.revision - 1:
+            most = base.first_changed - 1
+        else:
+            return
+        self._stand(executed=max(min(state, most), self.standing.executed))
 
     def surfaces_changed(self) -> None:
         """Look at the published sequence; outdated work is cancelled, a burst is one look."""
         self._stale = True
-        options = self._settings().replanning
         if self._replanning is not None:
-            begun = self._replanning.running()  # one that waits for a caller's plan loses nothing
-            if not begun or self._restarts < options.most_restarts:
-                self._restarts += begun  # under changes without pause it has to come to an end, too
+            waits = not self._replanning.running()  # for a caller's plan: nothing is lost
+            if waits or self._begin_anew():
                 self.planner.cancel(self._replanning)
         if not self._watching:
             self._watching = True
             self._executor().create_task(self._watch)
+
+    def _begin_anew(self) -> bool:
+        """Whether newer surfaces may outdate what is under way once more.
+
+        Under changes without pause something has to come to an end, too.
+        """
+        if self._restarts >= self._settings().replanning.most_restarts:
+            return False
+        self._restarts += 1
+        return True
 
     async def _planned(self, job: Job, report: Report, submitted: Submitted) -> ContactPlan:
         """A plan that a caller waits for."""
@@ -199,34 +225,41 @@ class Planning:
             raise Cancelled("waiting") from error
         except RbprmError as error:
             self._works.discard(work)
-            failure = failure_of(error)
-            if self._works or failure.code == ErrorCode.CANCELLED:  # by a newer goal, mostly
-                self._stand(activity=self._resting(self.standing.invalid))
-            else:
-                self._stand(activity=Activity.FAILED, failure=failure)
+            self._told_failure(failure_of(error))
             raise
         finally:
             self._works.discard(work)
         assert isinstance(plan, ContactPlan)
         return plan
 
+    def _told_failure(self, failure: Failure) -> None:
+        """Tell that a caller's plan failed; what is published stands as it did."""
+        cancelled = failure.code == ErrorCode.CANCELLED  # by a newer goal, mostly
+        if self._works or cancelled:
+            self._stand(activity=self._resting(self.standing.invalid))
+        elif self.published is None:
+            self._stand(activity=Activity.FAILED, failure=failure)
+        else:
+            self._stand(activity=self._resting(self.standing.invalid), failure=failure)
+
     def _publish(self, published: Published, executed: int) -> None:
         if self._replanning is not None:  # of a revision that nobody needs any more
             self.planner.cancel(self._replanning)
         self.published = published
         self._on_published(published)
-        activity = self._resting(())
-        self._stand(activity=activity, invalid=(), executed=executed, failure=SUCCEEDED)
         snapshot = published.job.snapshot
-        if snapshot is None or snapshot.version != self._environment.snapshot.version:
-            self.surfaces_changed()
-        else:  # so that it knows the states, and that they were free, when a change comes
-            job, plan = published.job, published.plan
-            self.watcher.submit(self._validation(job.robot, published.key, plan, 0), ignore)
+        assert snapshot is not None
+        self._stand(invalid=(), executed=executed, failure=SUCCEEDED, **_seen(snapshot))
+        if self._stale or snapshot.version != self._environment.version:
+            self.surfaces_changed()  # nobody says that it holds before it was held against them
+        else:
+            self._stand(activity=self._resting(()))
+            # So that it knows the states, and that they were free, when a change comes.
+            self.watcher.submit(self._validation_of(published, 0), ignore)
 
     def _publish_revision(self, job: Job, base: Published, plan: ContactPlan) -> Published:
         assert job.snapshot is not None
-        first = 0 if job.measured else len(job.kept)
+        first = 0 if job.measured else _common(job.kept, plan.states)
         published = Published(
             base.id, base.revision + 1, first, plan, job, self._now(), job.snapshot.stamp
         )
@@ -247,9 +280,9 @@ class Planning:
         base = self.published
         if base is None:
             return
-        ahead = max(self.standing.executed, 0)
+        ahead, snapshot = max(self.standing.executed, 0), self._environment.snapshot
         try:
-            invalid = await self.validate(base.job.robot, base.key, base.plan, ahead)
+            invalid = await self.validate_published(base, ahead)
         except RbprmError as error:
             failure = failure_of(error)
             self._lost = failure.code == NodeCode.WORKER_LOST and not self._lost
@@ -262,14 +295,18 @@ class Planning:
         if self.published is not base:
             self._stale = True
             return
+        if self._stale and self._begin_anew():
+            return  # what was looked at is not the newest any more
         indices = tuple(state.index for state in invalid)
         situation = Situation(len(base.plan.states), self.standing.executed, indices, base.complete)
         decision = decide(situation)
         if isinstance(decision, Keep):
             self._restarts = 0
-            self._stand(activity=self._resting(()), invalid=(), failure=SUCCEEDED)
+            resting = self._resting(())
+            self._stand(activity=resting, invalid=(), failure=SUCCEEDED, **_seen(snapshot))
             return
-        self._stand(activity=Activity.INVALIDATED, invalid=invalid)
+        if invalid:  # otherwise the rest is missing, and the way to it may be open again
+            self._stand(activity=Activity.INVALIDATED, invalid=invalid, **_seen(snapshot))
         if isinstance(decision, Stuck):
             failure = Failure(ErrorCode.START_UNREACHABLE, decision.reason)
             self._stand(activity=Activity.FAILED, failure=failure)
@@ -278,34 +315,31 @@ class Planning:
 
     async def _mend(self, base: Published, decision: Replan) -> None:
         """Plan anew from the first state from which it works; publish what holds if none does."""
-        limit = self._settings().replanning.time_limit / len(decision.candidates)
-        failure = SUCCEEDED
-        for candidate in decision.candidates:
-            job = self.resumed(base, base.plan.states[: candidate + 1], limit)
-            self._stand(activity=Activity.REPLANNING)
-            self._replanning = self.planner.submit(job, ignore)
-            try:
-                plan = await outcome_of(self._replanning, self._executor())
-            except (CancelledError, RbprmError) as error:
-                if self._halted:
-                    self._stand(activity=Activity.INVALIDATED)
-                    return
-                if self._stale or self.published is not base:
-                    self._stale = True  # the surfaces changed again, or another plan came
-                    return
-                failure = failure_of(error)
-                continue
-            finally:
-                self._replanning = None
-            self._restarts = 0
-            if self.published is base and self.standing.executed <= candidate:
-                assert isinstance(plan, ContactPlan)
-                self._publish_revision(job, base, plan)
-            else:  # what was planned anew is over already, or of another sequence
-                self._stale = True
+        job = self._resumed(base, decision.candidates)
+        self._stand(activity=Activity.REPLANNING)
+        self._replanning = self.planner.submit(job, ignore)
+        try:
+            plan = await outcome_of(self._replanning, self._executor())
+        except (CancelledError, RbprmError) as error:
+            self._replanning = None
+            self._not_mended(base, job, error)
             return
-        self._restarts = 0
-        self._cut(base, max(decision.candidates) + 1, failure)
+        self._replanning, self._restarts = None, 0
+        assert isinstance(plan, ContactPlan)
+        if self._outdated(job, base, plan):  # over already, or of another sequence
+            self._stale = True
+        else:
+            self._publish_revision(job, base, plan)
+
+    def _not_mended(self, base: Published, job: Job, error: CancelledError | RbprmError) -> None:
+        """Publish what holds, unless there is a reason to look again."""
+        if self._halted:
+            self._stand(activity=self._resting(self.standing.invalid))
+        elif self._stale or self.published is not base:
+            self._stale = True  # the surfaces changed again, or another plan came
+        else:
+            self._restarts = 0
+            self._cut(base, len(job.kept), failure_of(error))
 
     def _cut(self, base: Published, count: int, failure: Failure) -> None:
         """Publish the states that hold, without those after them."""
@@ -319,26 +353,30 @@ class Planning:
             self._on_published(base)
         self._stand(activity=Activity.FAILED, invalid=(), failure=failure)
 
-    def resumed(self, base: Published, kept: tuple[StateEntry, ...], time_limit: float) -> Job:
-        """The work that goes on from the last of some states to the sequence's own goal."""
-        snapshot, job = self._environment.snapshot, base.job
+    def _resumed(self, base: Published, candidates: tuple[int, ...]) -> Job:
+        """The work that goes on from one of some states to the sequence's own goal."""
+        snapshot, job, options = self._environment.snapshot, base.job, self._settings().replanning
         request = job.request
         if job.bounds_derived:
             rule = self._settings().bounds
             bounds = derived_bounds(request.start, request.goal, snapshot.surfaces, rule)
             request = dataclasses.replace(request, bounds=bounds)
+        kept = base.plan.states[: max(candidates) + 1]
         return Job(
-            uuid.uuid4().hex, job.robot, request, time_limit, snapshot, kept,
+            uuid.uuid4().hex, job.robot, request, options.time_limit, snapshot, kept, candidates,
             bounds_derived=job.bounds_derived,
         )  # fmt: skip
 
+    def _validation_of(self, base: Published, first: int) -> Validation:
+        least = base.job.request.least_robustness
+        return self._validation(base.job.robot, base.key, base.plan, least, first)
+
     def _validation(
-        self, robot: RobotChoice, key: str, plan: ContactPlan, first: int
+        self, robot: RobotChoice, key: str, plan: ContactPlan, least: float, first: int
     ) -> Validation:
-        request = plan.request
         return Validation(
-            uuid.uuid4().hex, robot, key, plan.states, request.robustness_threshold,
-            request.gravity, first, self._environment.snapshot,
+            uuid.uuid4().hex, robot, key, plan.states, least, plan.request.gravity, first,
+            self._environment.snapshot,
         )  # fmt: skip
 
     def _resting(self, invalid: tuple[InvalidState, ...]) -> Activity:
@@ -356,3 +394,14 @@ class Planning:
         if self._told != (self.published, self.standing):
             self._told = self.published, self.standing
             self._on_standing()
+
+
+def _seen(snapshot: Snapshot) -> dict[str, int]:
+    """Of the standing: the surfaces that the sequence was held against."""
+    return {"environment_version": snapshot.version, "surfaces_stamp": snapshot.stamp}
+
+
+def _common(kept: Sequence[StateEntry], states: Sequence[StateEntry]) -> int:
+    """How many of the states that might have been kept a sequence begins with."""
+    same = (a == b for a, b in zip(kept, states, strict=False))
+    return sum(itertools.takewhile(bool, same))

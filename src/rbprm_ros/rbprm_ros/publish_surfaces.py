@@ -12,7 +12,7 @@ from rbprm_msgs.msg import SurfaceArray
 from rclpy.node import Node
 from std_msgs.msg import Header
 
-from rbprm_core.scenario import load_scenario
+from rbprm_core.scenario import Scenario, load_scenario
 from rbprm_core.scene import Surface
 from rbprm_core.scene.polygon import LEAST_AREA
 from rbprm_ros.conversions import surfaces_message
@@ -39,22 +39,24 @@ class SurfacePublisher(Node):
         )
 
 
-def scenario_environment(scenario: str) -> tuple[tuple[Surface, ...], tuple[Obstacle, ...]]:
+def scenario_environment(scenario: Scenario) -> tuple[tuple[Surface, ...], tuple[Obstacle, ...]]:
     """Surfaces and obstacles of a scenario's environment, slivers that are no polygon left out.
 
     Raises:
-        InvalidInput: unknown scenario, or one that cannot be read.
+        InvalidInput: an environment that cannot be read.
     """
-    scene = load_scenario(scenario).scene()
+    scene = scenario.scene()
     surfaces = tuple(s for s in scene.surfaces if s.polygon.area > LEAST_AREA)
     solid = scene.obstacles[areas(scene.obstacles) >= LEAST_TRIANGLE]
-    return surfaces, (Obstacle(scenario, solid),) if len(solid) else ()
+    return surfaces, (Obstacle(scenario.name, solid),) if len(solid) else ()
 
 
 def run(stop: threading.Event, arguments: list[str]) -> int:
     """Publish until the event is set; returns the exit code, 2 where the scenario is no good."""
     publisher = node_of_argument(
-        arguments, USAGE, lambda name: SurfacePublisher(*scenario_environment(name))
+        arguments,
+        USAGE,
+        lambda name: SurfacePublisher(*scenario_environment(load_scenario(name))),
     )
     if publisher is None:
         return 2

@@ -59,9 +59,13 @@ class Standing:
         activity: what is done. invalid: states that do not hold, those not executed yet.
         executed: index of the state that the robot is in, -1 if nobody said.
         failure: why planning failed; success otherwise.
+        environment_version: of the surfaces that the sequence was last held against; 0 for none.
+        surfaces_stamp: theirs, nanoseconds of the ROS clock.
     """
 
     activity: Activity = Activity.IDLE
     invalid: tuple[InvalidState, ...] = ()
     executed: int = -1
     failure: Failure = field(default=SUCCEEDED)
+    environment_version: int = 0
+    surfaces_stamp: int = 0

@@ -61,6 +61,8 @@ class _Task:
     work: Work
     report: Report
     future: Future[Result] = field(default_factory=Future)
+    sent: bool = False
+    cancelled: bool = False
 
 
 class PlanningWorker:
@@ -111,8 +113,11 @@ class PlanningWorker:
         if future.cancel():
             return
         with self._lock, contextlib.suppress(OSError):  # a dead process does nothing any more
-            if self._running is not None and self._running.future is future and self._process:
-                self._process.send(Cancellation(self._running.work.id))
+            task = self._running
+            if task is not None and task.future is future:
+                task.cancelled = True
+                if task.sent and self._process is not None:
+                    self._process.send(Cancellation(task.work.id))
 
     def close(self) -> None:
         """End the process; all work not done ends as `Cancelled`."""
@@ -138,7 +143,10 @@ class PlanningWorker:
             except queue.Empty:
                 self._revive()
                 continue
-            if task is not None and task.future.set_running_or_notify_cancel():
+            with self._lock:  # a cancel finds it either not begun or running
+                begun = task is not None and task.future.set_running_or_notify_cancel()
+                self._running = task if begun else None
+            if task is not None and begun:
                 self._settle(task)
         self._drop_process()
         with contextlib.suppress(queue.Empty):
@@ -186,6 +194,7 @@ class PlanningWorker:
                 if isinstance(answer, Reported):
                     task.report(answer)
                 elif isinstance(answer, Failed):
+                    process.forget_states()
                     raise PlanningFailed(answer.failure, answer.partial)
                 elif isinstance(answer, Done):
                     return answer.result
@@ -197,8 +206,10 @@ class PlanningWorker:
         """The process, after it was sent a task's work."""
         process = self._started()
         with self._lock:
-            self._running = task
             process.send(task.work)
+            task.sent = True
+            if task.cancelled:
+                process.send(Cancellation(task.work.id))
         return process
 
     def _started(self) -> _Process:
@@ -210,6 +221,8 @@ class PlanningWorker:
                 raise EOFError
             if self._process is None:
                 self._process = _Process(self._role)
+                if self._closing:  # `close` did not see it
+                    self._process.popen.terminate()
             return self._process
 
     def _revive(self) -> None:
@@ -252,6 +265,10 @@ class _Process:
                 message = replace(message, states=None)
             self._key = message.key
         self.pipe.send(message)
+
+    def forget_states(self) -> None:
+        """Send the states with the next validation: the process may not have taken them."""
+        self._key = ""
 
     def end(self) -> int:
         """End the process and reap it; returns its exit code."""

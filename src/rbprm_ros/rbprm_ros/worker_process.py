@@ -19,13 +19,13 @@ import numpy as np
 from rbprm_core.budget import Budget, Progress
 from rbprm_core.contacts import State
 from rbprm_core.errors import Cancelled, InvalidInput, RbprmError
-from rbprm_core.plan import ContactPlan, StateEntry
+from rbprm_core.plan import ContactPlan, EnvironmentEntry, StateEntry
 from rbprm_core.planner import plan
 from rbprm_core.replanning import (
     InvalidState,
     Reason,
     Watch,
-    replan,
+    replan_from_one_of,
     restored_state,
     restored_states,
 )
@@ -129,20 +129,19 @@ class Server:
             if not job.kept:
                 outcome = plan(request, data, scene, budget, on_states=grown)
                 return contact_plan(outcome, request, data.robot, environment)
-            last = len(job.kept) - 1
             kept: tuple[State, ...]
             if job.measured:
                 kept = (restored_state(job.kept[-1], data.robot, scene, "measured_state.0"),)
             else:
                 kept = restored_states(job.kept, data.robot, "sequence.states")
-            revision = replan(kept, last, request, data, scene, budget, on_states=grown)
+            candidates = job.candidates or (len(kept) - 1,)
+            revision = replan_from_one_of(
+                kept, candidates, request, data, scene, budget, on_states=grown
+            )
         except RbprmError as error:
-            partial = partial_plan(error, request, data.robot, environment)
-            if partial is not None:
-                partial = _joined(job, partial, len(job.kept))
-            raise PartlyDone(error, partial) from error
+            raise PartlyDone(error, _partial(job, error, data, environment)) from error
         found = contact_plan(revision.outcome, request, data.robot, environment)
-        return _joined(job, found, 1)
+        return _joined(job, found, revision.first_changed)
 
     def _invalid(self, work: Validation, data: RobotData) -> tuple[InvalidState, ...]:
         if work.states is not None:
@@ -235,17 +234,26 @@ class Line:
         return self._cancelled
 
 
-def _joined(job: Job, plan: ContactPlan, known: int) -> ContactPlan:
-    """A plan with what was kept in the place of its first states.
+def _partial(
+    job: Job, error: RbprmError, data: RobotData, environment: EnvironmentEntry
+) -> ContactPlan | None:
+    """The states up to where a job ended; None where there are none, or nobody waits for them."""
+    if len(job.candidates) > 1:
+        return None
+    found = partial_plan(error, job.request, data.robot, environment)
+    if found is None or not job.kept or job.measured:
+        return found
+    return found.model_copy(update={"states": (*job.kept, *found.states[len(job.kept) :])})
+
+
+def _joined(job: Job, found: ContactPlan, first_changed: int) -> ContactPlan:
+    """A plan that begins with the last state that was kept, after those that were kept.
 
     What was kept stays as it was, to the last digit; a measured state, as it was laid.
-
-    Args:
-        known: how many of the kept states the plan begins with.
     """
-    if not job.kept or job.measured:
-        return plan
-    return plan.model_copy(update={"states": (*job.kept, *plan.states[known:])})
+    if job.measured:
+        return found
+    return found.model_copy(update={"states": (*job.kept[:first_changed], *found.states[1:])})
 
 
 def main() -> None:

@@ -19,7 +19,7 @@ from rbprm_core.placement import Placement
 from rbprm_core.plan import StateEntry
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot import known_robots, load_description
-from rbprm_core.validation import coordinates, finite_number, one_of
+from rbprm_core.validation import MOST_FORCE, coordinates, finite_number, one_of
 from rbprm_ros.bounds import derived_bounds
 from rbprm_ros.conversions.geometry import (
     placement_of_message,
@@ -51,7 +51,9 @@ def job_of_message(
     chosen = tuple(message.limbs)
     limbs = tuple(limb.name for limb in load_description(robot).using(chosen or None).limbs)
     time_limit = finite_number("time_limit", message.time_limit, low=0.0)
-    threshold = finite_number("robustness_threshold", message.robustness_threshold, low=0.0)
+    threshold = finite_number(
+        "robustness_threshold", message.robustness_threshold, low=0.0, high=MOST_FORCE
+    )
     bounds = None if message.bounds == UNSET_BOUNDS else _bounds(message.bounds)
     snapshot = environment.snapshot
     _require_surfaces(snapshot, environment.rejection)
@@ -108,7 +110,7 @@ def replan_job_of_message(
     )
     return Job(
         uuid.uuid4().hex, base.job.robot, request, time_limit or settings.time_limit, snapshot,
-        kept, measured, base.job.bounds_derived,
+        kept, measured=measured, bounds_derived=base.job.bounds_derived,
     )  # fmt: skip
 
 

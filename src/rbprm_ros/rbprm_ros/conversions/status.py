@@ -11,12 +11,11 @@ from std_msgs.msg import Header
 from rbprm_core.replanning import InvalidState
 from rbprm_ros.conversions.geometry import time_message
 from rbprm_ros.conversions.results import result_message
-from rbprm_ros.environment import Snapshot
 from rbprm_ros.published import Published, Standing
 
 
 def status_message(
-    header: Header, standing: Standing, published: Published | None, snapshot: Snapshot
+    header: Header, standing: Standing, published: Published | None
 ) -> PlannerStatus:
     """The status of now."""
     states = 0 if published is None else len(published.plan.states)
@@ -28,8 +27,8 @@ def status_message(
         valid_states=min((state.index for state in standing.invalid), default=states),
         invalid_states=invalid_state_messages(standing.invalid),
         executed_state=standing.executed,
-        environment_version=snapshot.version,
-        surfaces_stamp=time_message(snapshot.stamp),
+        environment_version=standing.environment_version,
+        surfaces_stamp=time_message(standing.surfaces_stamp),
         result=result_message(standing.failure),
     )
 
