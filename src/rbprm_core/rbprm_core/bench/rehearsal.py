@@ -112,7 +112,7 @@ class _Walk:
             watch = self._watch()
             scene = self._scenario.edited(self._scene, k)
             start = time.perf_counter()
-            invalid = watch.invalid(scene, self._executed, self._scene)
+            invalid = watch.invalid(scene, self._executed)
             validity = time.perf_counter() - start
             self._scene = scene
             from_state, failure, replanning = self._react(invalid)
@@ -156,7 +156,9 @@ class _Walk:
     def _watch(self) -> Watch:
         request = self._request
         least = request.least_robustness
-        return Watch(self._data, self._states, least, request.gravity, request.grip_force)
+        return Watch(
+            self._data, self._states, least, request.gravity, request.grip_force, self._scene
+        )
 
     def _rest(self) -> ContactPlan:
         """What is left to be walked, as a plan of its own."""

@@ -2,8 +2,8 @@
 
 from rbprm_core.replanning.policy import Decision, Keep, Replan, Situation, Stuck, decide
 from rbprm_core.replanning.replan import Revision, replan, replan_from_one_of
-from rbprm_core.replanning.restore import restored_state, restored_states
-from rbprm_core.replanning.validity import InvalidState, Reason, Watch, invalid_states
+from rbprm_core.replanning.restore import restored_state, restored_states, root_placement
+from rbprm_core.replanning.validity import InvalidState, Reason, Watch
 
 __all__ = [
     "Decision",
@@ -16,9 +16,9 @@ __all__ = [
     "Stuck",
     "Watch",
     "decide",
-    "invalid_states",
     "replan",
     "replan_from_one_of",
     "restored_state",
     "restored_states",
+    "root_placement",
 ]

@@ -91,6 +91,15 @@ def restored_states(
     )
 
 
+def root_placement(entry: StateEntry, field: str = "state") -> Placement:
+    """Where the root of a state is, from its words.
+
+    Raises:
+        InvalidInput: not finite, or no unit quaternion.
+    """
+    return Placement.parse(entry.root.position, entry.root.orientation, f"{field}.root")
+
+
 def _aged(states: Iterator[State]) -> Iterator[State]:
     """The states with contacts oldest first and free limbs free for longest first."""
     before: State | None = None
@@ -116,7 +125,7 @@ def _is_kept(old: Contact, new: Contact | None) -> bool:
 
 
 def _configuration(entry: StateEntry, robot: Robot, field: str) -> Array:
-    root = Placement.parse(entry.root.position, entry.root.orientation, f"{field}.root")
+    root = root_placement(entry, field)
     joints = finite_array(f"{field}.joints", entry.joints, (-1,))
     if len(joints) != len(robot.joint_names):
         reason = f"has {len(joints)} values, {robot.name} has {len(robot.joint_names)} joints"

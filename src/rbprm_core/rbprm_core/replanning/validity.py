@@ -58,20 +58,6 @@ class InvalidState:
     text: str
 
 
-def invalid_states(
-    states: Sequence[State],
-    data: RobotData,
-    scene: Scene,
-    *,
-    threshold: float,
-    gravity: Array,
-    first: int = 0,
-    before: Scene | None = None,
-) -> tuple[InvalidState, ...]:
-    """The states from `first` on that do not hold in a scene; a `Watch` is faster to ask again."""
-    return Watch(data, states, threshold, gravity).invalid(scene, first, before)
-
-
 class Watch:
     """One sequence, to be held against one scene after the other. Not thread-safe.
 
@@ -79,6 +65,7 @@ class Watch:
         threshold: least b0 of a state, newtons; where the planner was told to take the most robust
             states under it (`most_robust`), 0. gravity: (3,) m/s^2.
         grip_force: what b0 without gravity is measured by, newtons.
+        free: a scene in which no state collides, as the one that they were planned in.
 
     Raises:
         InvalidInput: a state of another robot.
@@ -91,6 +78,7 @@ class Watch:
         threshold: float,
         gravity: Array,
         grip_force: float = GRIP_FORCE,
+        free: Scene | None = None,
     ) -> None:
         robot = data.robot
         for i, state in enumerate(states):
@@ -102,20 +90,18 @@ class Watch:
         self._stability = Stability(robot.mass, gravity, grip_force, threshold)
         self._bodies = _PlacedBodies(data, self.states)
         self._planned = [self._stability.b0(state.contacts, state.com) for state in self.states]
+        self._free, self._free_from = free, 0
+        """The newest scene in which no state collides, from an index on."""
 
-    def invalid(
-        self, scene: Scene, first: int = 0, before: Scene | None = None
-    ) -> tuple[InvalidState, ...]:
+    def invalid(self, scene: Scene, first: int = 0) -> tuple[InvalidState, ...]:
         """The states from `first` on that do not hold in a scene, in order, one reason each.
 
-        Args:
-            before: a scene in which no state collides, as the one that the sequence was planned
-                in. Only what is new since then is tested for collisions; contacts and equilibrium
-                are looked at in any case.
+        Only what is new since the last scene in which none of them collided is tested for
+        collisions; contacts and equilibrium are looked at in any case.
         """
         found: dict[int, InvalidState] = {}
         carriers: dict[int, Surface | None] = {}  # by contact: neighbours share most of theirs
-        hit = self._bodies.hit(_shapes(scene, before), first)
+        hit = self._hit(scene, first)
         for i in range(first, len(self.states)):
             state = self.states[i]
             for contact in state.contacts:
@@ -128,6 +114,14 @@ class Watch:
             if invalid is not None:
                 found[i] = invalid
         return tuple(found.values())
+
+    def _hit(self, scene: Scene, first: int) -> dict[int, int]:
+        """For each state from `first` on that collides, a hull that does."""
+        before = self._free if self._free_from <= first else None
+        hit = self._bodies.hit(_shapes(scene, before), first)
+        if not hit:  # of the states, not of what is told of them: a lost surface comes first there
+            self._free, self._free_from = scene, first
+        return hit
 
     def _lost(self, i: int, on: list[Surface | None]) -> InvalidState | None:
         """The state's first contact that nothing carries."""
