@@ -1,8 +1,13 @@
-"""A subscription that hears latched and volatile publishers alike.
+"""A subscription that hears latched and volatile publishers alike, in the order of their messages.
 
 DDS leaves a choice of two evils: a reader that asks for transient_local gets what was latched
 before it came, but does not match volatile publishers at all; a volatile reader matches both, but
 what was latched before is lost on it. Hence two readers; a message that reaches both counts once.
+
+What was latched takes its time, while new messages already come to the other reader. So both are
+emptied together and the messages sorted by when they were sent; and where a publisher has just
+been found, what has come to the volatile reader alone waits for a moment: if the publisher is a
+latched one, it comes to the other reader too, in its turn.
 """
 
 from __future__ import annotations
@@ -12,12 +17,17 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 
 from rbprm_ros.qos import LATCHED_STREAM, STREAM
 
 REMEMBERED = 1000  # messages; far more than the two readers can be apart
+SETTLING = 0.1  # seconds that a new publisher has for what it has latched
+
+Key = tuple[int, int]  # when a message was sent, nanoseconds, and its number with its publisher
 
 
 class EveryPublisher:
@@ -37,26 +47,66 @@ class EveryPublisher:
         *,
         raw: bool = False,
     ) -> None:
-        self._callback = callback
-        self._seen: OrderedDict[tuple[int, int], None] = OrderedDict()
-        group = MutuallyExclusiveCallbackGroup()  # in the order in which the messages came
-        for qos in (LATCHED_STREAM, STREAM):
+        self._node, self._callback = node, callback
+        self._seen: OrderedDict[Key, None] = OrderedDict()
+        self._waiting: dict[Key, Any] = {}  # messages not handed on yet
+        self._in_turn: set[Key] = set()  # those of them that came to the latched reader
+        self._publishers = 0
+        group = MutuallyExclusiveCallbackGroup()
+        self._latched, self._volatile = (
             node.create_subscription(
                 kind,
                 topic,
-                self._take,  # type: ignore[arg-type]  # the stubs lack callbacks with information
+                take,  # type: ignore[arg-type]  # the stubs lack callbacks with information
                 qos,
                 callback_group=group,
                 raw=raw,
                 # A volatile publisher does not match the first reader, by intention: no warning.
                 event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
             )
+            for qos, take in ((LATCHED_STREAM, self._take_latched), (STREAM, self._take_volatile))
+        )
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._settling = node.create_timer(SETTLING, self.hand_on_all, group, steady)
+        self._settling.cancel()
 
-    def _take(self, message: Any, info: dict[str, Any]) -> None:
+    def hand_on_all(self) -> None:
+        """Call back for all that has come: what is asked next is about that."""
+        self._settling.cancel()
+        self._hand_on()
+
+    def _take_latched(self, message: Any, info: dict[str, Any]) -> None:
+        self._keep(message, info, in_turn=True)
+        self._hand_on()
+
+    def _take_volatile(self, message: Any, info: dict[str, Any]) -> None:
+        self._keep(message, info, in_turn=False)
+        publishers = self._node.count_publishers(self._volatile.topic_name)
+        if publishers > self._publishers:
+            self._settling.reset()
+        self._publishers = publishers
+        self._hand_on()
+
+    def _hand_on(self) -> None:
+        """Empty both readers, and call back for what is due, in the order in which it was sent."""
+        for reader in (self._latched, self._volatile):
+            with reader.handle:
+                while taken := reader.handle.take_message(reader.msg_type, reader.raw):
+                    message, info = taken
+                    self._keep(message, info, in_turn=reader is self._latched)
+        due = self._waiting if self._settling.is_canceled() else self._in_turn
+        messages = [self._waiting.pop(key) for key in sorted(due)]
+        self._in_turn.clear()
+        for message in messages:
+            self._callback(message)
+
+    def _keep(self, message: Any, info: dict[str, Any], in_turn: bool) -> None:
+        """Keep a message to be handed on, if it did not come before."""
         key = (info["source_timestamp"], info["publication_sequence_number"])
-        if key in self._seen:
-            return
-        self._seen[key] = None
-        if len(self._seen) > REMEMBERED:
-            self._seen.popitem(last=False)
-        self._callback(message)
+        if key not in self._seen:
+            self._seen[key] = None
+            self._waiting[key] = message
+            if len(self._seen) > REMEMBERED:
+                self._seen.popitem(last=False)
+        if in_turn and key in self._waiting:
+            self._in_turn.add(key)
