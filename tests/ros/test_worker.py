@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import time
 from collections.abc import Iterator
 from concurrent.futures import CancelledError, Future
@@ -16,11 +18,12 @@ from rbprm_core.guide.space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan import ContactPlan, SurfaceEntry
 from rbprm_core.request import PlanRequest
+from rbprm_ros import worker as worker_module
 from rbprm_ros.environment import Environment, Snapshot, SurfaceUpdate
 from rbprm_ros.failure import PlanningFailed
 from rbprm_ros.jobs import Job, Reported, RobotChoice
 from rbprm_ros.parameters import Settings
-from rbprm_ros.worker import PlanningWorker
+from rbprm_ros.worker import PlanningWorker, WorkerLost
 
 LIMBS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
 TIMEOUT = 60.0
@@ -159,3 +162,61 @@ def test_robot_that_cannot_be_loaded_is_told(worker: PlanningWorker, walk: Job) 
     with pytest.raises(PlanningFailed) as caught:
         worker.submit(replace(walk, robot=RobotChoice("spot")), ignore).result(TIMEOUT)
     assert (caught.value.failure.code, caught.value.failure.field) == (2, "robot")
+
+
+def test_report_that_fails_is_told_and_the_next_job_is_done(search: Job, walk: Job) -> None:
+    """Neither waits for the other's answer."""
+    worker = PlanningWorker(RobotChoice("hyq"), ignore)
+
+    def fail(_: Reported) -> None:
+        raise ZeroDivisionError("told too much")
+
+    try:
+        with pytest.raises(ZeroDivisionError):
+            worker.submit(search, fail).result(TIMEOUT)
+        assert planned(worker.submit(walk, ignore)).states
+        assert worker.restarts == 1
+    finally:
+        worker.close()
+
+
+def test_process_that_hangs_is_replaced(
+    search: Job, walk: Job, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    worker = PlanningWorker(RobotChoice("hyq"), ignore)
+    report = Started()
+    try:
+        future = worker.submit(search, report)
+        report.wait("guide")
+        monkeypatch.setattr(worker_module, "SILENCE", 0.5)  # of the next message on
+        os.kill(process_of(worker), signal.SIGSTOP)
+        worker.cancel(future)  # to have the next message waited for
+        with pytest.raises(WorkerLost, match=r"silent for 0\.5 s"):
+            future.result(TIMEOUT)
+        monkeypatch.undo()
+        assert planned(worker.submit(walk, ignore)).states
+    finally:
+        worker.close()
+
+
+def test_process_that_takes_nothing_holds_nobody_up(walk: Job) -> None:
+    """More is sent to it than the pipe holds; cancelling and closing do not wait for it."""
+    worker = PlanningWorker(RobotChoice("hyq"), ignore)
+    worker.prepare().result(TIMEOUT)
+    os.kill(process_of(worker), signal.SIGSTOP)
+    many = snapshot(*(strip(f"strip_{k}", k, k + 1) for k in range(5000)))
+    future = worker.submit(replace(walk, snapshot=many), ignore)
+    time.sleep(0.5)  # until it is being sent
+    assert not future.done()
+    started = time.monotonic()
+    worker.cancel(future)
+    assert time.monotonic() - started < 0.1
+    worker.close()
+    assert time.monotonic() - started < 5.0
+    assert isinstance(future.exception(0), Cancelled)
+
+
+def process_of(worker: PlanningWorker) -> int:
+    """Id of a worker's process."""
+    assert worker._process is not None
+    return worker._process.popen.pid

@@ -8,20 +8,23 @@ pieces of work one after the other, in the order they came.
 from __future__ import annotations
 
 import contextlib
+import os
 import queue
 import socket
+import struct
 import subprocess
 import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 
 from rbprm_core.errors import Cancelled
 from rbprm_ros.environment import Snapshot
 from rbprm_ros.failure import NodeCode, NodeError, PlanningFailed
 from rbprm_ros.jobs import (
+    Answer,
     Cancellation,
     Done,
     Failed,
@@ -39,19 +42,27 @@ COMMAND = (sys.executable, "-P", "-m", "rbprm_ros.worker_process")
 IDLE_PERIOD = 1.0  # seconds between looks whether an idle process is still there
 STOP_TIMEOUT = 0.5  # seconds for an end by itself, and again for one by SIGTERM
 SILENCE = 30.0
-"""Seconds without a word after which a busy process is taken for hung, and ended. It reports every
-20th of a second; the longest known pause is that of loading the robot's meshes."""
+"""Seconds after which a busy process is taken for hung, and ended: it says nothing, or takes
+nothing of what is sent. It reports every 20th of a second; the longest known pause is that of
+loading the robot's meshes."""
 
 Report = Callable[[Reported], None]
 
 
-class WorkerDied(NodeError):
-    """The planning process ended in the middle of a piece of work."""
+class WorkerLost(NodeError):
+    """The planning process ended, or was ended, in the middle of a piece of work.
 
-    def __init__(self, returncode: int) -> None:
-        how = f"killed by signal {-returncode}" if returncode < 0 else f"exit code {returncode}"
-        text = f"the planning process died ({how}); a new one serves the next request"
+    Args:
+        how: it ended.
+    """
+
+    def __init__(self, how: str) -> None:
+        text = f"the planning process was lost ({how}); a new one serves the next request"
         super().__init__(NodeCode.WORKER_LOST, text)
+
+
+class _Hung(OSError):
+    """The process is there, and says nothing any more."""
 
 
 @dataclass(eq=False)
@@ -61,7 +72,6 @@ class _Task:
     work: Work
     report: Report
     future: Future[Result] = field(default_factory=Future)
-    sent: bool = False
     cancelled: bool = False
 
 
@@ -76,11 +86,12 @@ class PlanningWorker:
 
     def __init__(self, robot: RobotChoice, report: Report, role: str = "planning") -> None:
         self.restarts = 0
-        """Processes that were lost."""
+        """Processes that were lost, whether at work or idle."""
         self._robot, self._report, self._role = robot, report, role
         self._tasks: queue.SimpleQueue[_Task | None] = queue.SimpleQueue()
         self._process: _Process | None = None
-        self._lock = threading.Lock()  # of the two below and of sending to the process
+        self._wake = os.eventfd(0)  # written to: a task was cancelled, or all is to end
+        self._lock = threading.Lock()  # of the two below; nothing that may take long is done in it
         self._running: _Task | None = None
         self._closing = False
         self._thread = threading.Thread(target=self._serve, name="planning", daemon=True)
@@ -104,7 +115,7 @@ class PlanningWorker:
 
         Returns:
             The plan to come, or the states that do not hold. It raises `PlanningFailed` with what
-            the process said, `WorkerDied` if it died, `Cancelled` if this worker was closed.
+            the process said, `WorkerLost` if it died, `Cancelled` if this worker was closed.
         """
         return self._put(_Task(work, report))
 
@@ -112,21 +123,26 @@ class PlanningWorker:
         """Stop a job: one under way fails with the code CANCELLED, one that waits never starts."""
         if future.cancel():
             return
-        with self._lock, contextlib.suppress(OSError):  # a dead process does nothing any more
+        with self._lock:
             task = self._running
-            if task is not None and task.future is future:
-                task.cancelled = True
-                if task.sent and self._process is not None:
-                    self._process.send(Cancellation(task.work.id))
+            if task is None or task.future is not future:
+                return
+            task.cancelled = True
+        os.eventfd_write(self._wake, 1)
 
     def close(self) -> None:
         """End the process; all work not done ends as `Cancelled`."""
         self._closing = True
-        process = self._process  # without the lock, which is held while a process takes no data
+        process = self._process
         if process is not None:
             process.popen.terminate()
         self._tasks.put(None)
+        os.eventfd_write(self._wake, 1)
+        self._thread.join(2 * STOP_TIMEOUT)
+        if self._thread.is_alive() and process is not None:
+            process.popen.kill()  # it takes none of what the thread is sending
         self._thread.join()
+        os.close(self._wake)
 
     def _put(self, task: _Task) -> Future[Result]:
         if self._closing:  # the thread may be gone, and nobody would answer
@@ -158,20 +174,26 @@ class PlanningWorker:
     def _settle(self, task: _Task) -> None:
         """Do a task and fill its future, whatever happens."""
         try:
-            plan = self._perform(task)
-        except (EOFError, OSError):
-            returncode = self._drop_process()
-            closing = self._closing
-            self.restarts += not closing
-            task.future.set_exception(Cancelled("planning") if closing else WorkerDied(returncode))
-            if not isinstance(
-                task.work, Preparation
-            ):  # one that dies while it prepares would go on dying
-                self.prepare()
-        except Exception as error:
+            task.future.set_result(self._perform(task))
+        except PlanningFailed as error:
             task.future.set_exception(error)
-        else:
-            task.future.set_result(plan)
+        except Exception as error:
+            # Gone, or with an answer to come that nobody waits for any more.
+            how = self._drop_process()
+            task.future.set_exception(self._told(error, how))
+            if not isinstance(task.work, Preparation):  # who dies while preparing goes on dying
+                self.prepare()
+        finally:
+            with self._lock:
+                self._running = None
+
+    def _told(self, error: Exception, how: str) -> Exception:
+        """What is told of an error amid a piece of work, given how the process ended."""
+        if not isinstance(error, EOFError | OSError):
+            return error
+        if self._closing:
+            return Cancelled("planning")
+        return WorkerLost(str(error) if isinstance(error, _Hung) else how)
 
     def _perform(self, task: _Task) -> Result:
         """Send a task's work and wait for its answer.
@@ -179,64 +201,69 @@ class PlanningWorker:
         Raises:
             PlanningFailed: the process says why. EOFError, OSError: it is gone, or hung.
         """
-        try:
-            process = self._sent(task)
-        except OSError:  # it had died while idle, and has not seen this work
-            self._drop_process()
-            process = self._sent(task)
-        try:
-            while True:
-                if not process.pipe.poll(SILENCE):
-                    raise EOFError
-                answer = process.pipe.recv()
-                if answer.id != task.work.id:
-                    continue
-                if isinstance(answer, Reported):
-                    task.report(answer)
-                elif isinstance(answer, Failed):
-                    process.forget_states()
-                    raise PlanningFailed(answer.failure, answer.partial)
-                elif isinstance(answer, Done):
-                    return answer.result
-        finally:
-            with self._lock:
-                self._running = None
-
-    def _sent(self, task: _Task) -> _Process:
-        """The process, after it was sent a task's work."""
         process = self._started()
-        with self._lock:
+        try:
             process.send(task.work)
-            task.sent = True
-            if task.cancelled:
+        except ConnectionError:  # it died while idle, and has not seen this work
+            self._drop_process()
+            process = self._started()
+            process.send(task.work)
+        told = False  # that the task is cancelled
+        while True:
+            if task.cancelled and not told:
+                told = True
                 process.send(Cancellation(task.work.id))
-        return process
+            answer = self._heard(process)
+            if answer is None or answer.id != task.work.id:
+                continue
+            if isinstance(answer, Reported):
+                task.report(answer)
+            elif isinstance(answer, Failed):
+                process.forget_states()
+                raise PlanningFailed(answer.failure, answer.partial)
+            elif isinstance(answer, Done):
+                return answer.result
+
+    def _heard(self, process: _Process) -> Answer | None:
+        """What the process says next; None where something else is to be looked at first.
+
+        Raises:
+            EOFError, OSError: it is gone, or hung, or all is to end.
+        """
+        ready = wait([process.pipe, self._wake], SILENCE)
+        if not ready:
+            raise _Hung(f"it was silent for {SILENCE:g} s")
+        if self._wake in ready:
+            os.eventfd_read(self._wake)
+            if self._closing:
+                raise EOFError
+            return None
+        return process.pipe.recv()
 
     def _started(self) -> _Process:
         """The process; a new one where there is none, or none any more."""
         if self._process is not None and self._process.popen.poll() is not None:
             self._drop_process()
-        with self._lock:
-            if self._closing:
-                raise EOFError
-            if self._process is None:
-                self._process = _Process(self._role)
-                if self._closing:  # `close` did not see it
-                    self._process.popen.terminate()
-            return self._process
+        if self._closing:
+            raise EOFError
+        if self._process is None:
+            self._process = _Process(self._role)
+        return self._process
 
     def _revive(self) -> None:
         """Replace a process that died while idle, so that the next job finds it warm."""
         if self._process is not None and self._process.popen.poll() is not None:
             self._drop_process()
-            self.restarts += 1
             self.prepare()
 
-    def _drop_process(self) -> int:
-        """End the process, if there is one, and reap it; returns its exit code."""
-        with self._lock:
-            process, self._process = self._process, None
-        return process.end() if process is not None else 0
+    def _drop_process(self) -> str:
+        """End the process, if there is one, and reap it; returns how it ended."""
+        process, self._process = self._process, None
+        if process is None:
+            return "it was not there"
+        self.restarts += not self._closing
+        code = process.end()
+        return f"killed by signal {-code}" if code < 0 else f"exit code {code}"
 
 
 class _Process:
@@ -250,11 +277,19 @@ class _Process:
                 pass_fds=[theirs.fileno()],
                 process_group=0,  # a terminal's Ctrl-C reaches the node alone
             )
+        limit = struct.pack("ll", int(SILENCE), 0)  # one that hangs may not hang who sends
+        ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, limit)
         self.pipe = Connection(ours.detach())
         self._snapshot, self._key = Snapshot(), ""
 
     def send(self, message: Work | Cancellation) -> None:
         """Send a message; what the process holds already is left out."""
+        try:
+            self._send(message)
+        except BlockingIOError as error:
+            raise _Hung(f"it took nothing for {SILENCE:g} s") from error
+
+    def _send(self, message: Work | Cancellation) -> None:
         if isinstance(message, Job | Validation) and message.snapshot is not None:
             if message.snapshot.version != self._snapshot.version:
                 self.pipe.send(change_between(self._snapshot, message.snapshot))

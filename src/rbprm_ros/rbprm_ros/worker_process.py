@@ -11,6 +11,7 @@ import signal
 import sys
 import time
 import traceback
+from collections import OrderedDict
 from collections.abc import Sequence
 from multiprocessing.connection import Connection
 
@@ -49,6 +50,7 @@ from rbprm_ros.jobs import (
 )
 from rbprm_ros.snapshot_change import SnapshotChange, changed
 
+MOST_ROBOTS = 4  # with their limbs, whose data are kept
 REPORT_PERIOD = 0.05  # seconds; the planner tells its progress much more often than anyone looks
 LISTEN_PERIOD = 0.01  # seconds between looks for a cancellation
 
@@ -58,13 +60,11 @@ class Server:
 
     def __init__(self, pipe: Connection) -> None:
         self._pipe = pipe
-        self._robots: dict[RobotChoice, RobotData] = {}
+        self._robots: OrderedDict[str, RobotData] = OrderedDict()  # by what their files say
         self._snapshot = Snapshot()
         self._scene: Scene | None = None  # made of it when it is first needed
         self._watch: Watch | None = None
         self._watched_key = ""
-        self._clear: tuple[Scene, int] | None = None
-        """A scene in which no watched state collides, from an index on."""
 
     def serve(self) -> None:
         """Serve until the pipe closes, which raises `EOFError` or `ConnectionError`."""
@@ -106,7 +106,9 @@ class Server:
         return self._scene
 
     def _robot(self, choice: RobotChoice, line: Line) -> RobotData:
-        if choice not in self._robots:
+        description = load_description(choice.name).using(choice.limbs or None)
+        key = description.model_dump_json()  # not the name: its file may have been edited
+        if key not in self._robots:
             started = time.monotonic()
 
             def report(fraction: float) -> None:
@@ -114,9 +116,11 @@ class Server:
                 if line.cancelled():
                     raise Cancelled("robot data")
 
-            description = load_description(choice.name).using(choice.limbs or None)
-            self._robots[choice] = load_robot_data(Robot.load(description), report)
-        return self._robots[choice]
+            self._robots[key] = load_robot_data(Robot.load(description), report)
+            if len(self._robots) > MOST_ROBOTS:
+                self._robots.popitem(last=False)
+        self._robots.move_to_end(key)
+        return self._robots[key]
 
     def _plan(self, job: Job, data: RobotData, line: Line) -> ContactPlan:
         scene = self._known()
@@ -148,19 +152,12 @@ class Server:
             states = restored_states(work.states, data.robot, "sequence.states")
             self._watch = Watch(data, states, work.threshold, np.array(work.gravity))
             self._watched_key = work.key
-            self._clear = None
         assert self._watch is not None
         assert self._watched_key == work.key  # the node sees to it
         scene = self._known()
         if scene is None:
             return _lost(self._watch.states, work.first)
-        before = None
-        if self._clear is not None and self._clear[1] <= work.first:
-            before = self._clear[0]
-        invalid = self._watch.invalid(scene, work.first, before)
-        if all(state.reason != Reason.COLLISION for state in invalid):
-            self._clear = scene, work.first
-        return invalid
+        return self._watch.invalid(scene, work.first)
 
 
 def _lost(states: Sequence[State], first: int) -> tuple[InvalidState, ...]:
@@ -229,8 +226,8 @@ class Line:
             self._next_look = now + LISTEN_PERIOD
             while self._pipe.poll():
                 message = self._pipe.recv()
-                if isinstance(message, Cancellation) and message.id == self._id:
-                    self._cancelled = True
+                assert isinstance(message, Cancellation)  # the node waits with all else
+                self._cancelled |= message.id == self._id
         return self._cancelled
 
 
