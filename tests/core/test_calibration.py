@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import json
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -10,8 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from rbprm_core.calibration import SCALES, ScaleCounts, calibrate
+from rbprm_core.cli.calibrate import _table
 from rbprm_core.cli.main import main
 from rbprm_core.errors import InvalidInput
 from rbprm_core.guide import RootBounds
@@ -34,6 +38,13 @@ def test_every_sample_is_counted_once_a_scale(counted: list[ScaleCounts]) -> Non
     for row in counted:
         assert row.false_positive_rate == row.false_positives / 25
         assert row.false_negative_rate == row.false_negatives / 25
+
+
+def test_the_table_has_the_shares() -> None:
+    console = Console(file=io.StringIO(), width=100)
+    with console.capture() as shown:
+        console.print(_table("hyq", [ScaleCounts(1.1, 5, 1, 2, 12)], own=1.1))
+    assert re.findall(r"[\d.]+%", shown.get()) == ["5.0%", "10.0%", "30.0%", "35.0%"]
 
 
 def test_a_bigger_trunk_refuses_more(counted: list[ScaleCounts]) -> None:

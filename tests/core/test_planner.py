@@ -7,7 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import pytest
@@ -22,6 +22,7 @@ from rbprm_core.errors import (
     InvalidInput,
     NoGuideFound,
     NoSequenceFound,
+    RbprmError,
     StartUnreachable,
     TimeLimitReached,
 )
@@ -363,8 +364,73 @@ def test_a_goal_on_two_legs_is_not_reachable(hyq_data: RobotData) -> None:
     with pytest.raises(GoalUnreachable, match="finds no contact") as caught:
         plan(replace(request, goal_limbs=LEGS), hyq_data, scene, Budget(60.0))
     assert caught.value.limb == "lf_leg"
-    with pytest.raises(NoSequenceFound):  # any limbs may do, and the planner cannot know which
+    with pytest.raises(NoSequenceFound) as stopped:  # any limbs may do; it cannot know which
         plan(request, hyq_data, scene, Budget(60.0))
+    assert len(caught.value.states) == len(stopped.value.states) > 1
+    assert caught.value.fraction == stopped.value.fraction > 0
+
+
+@pytest.mark.parametrize("kind", [TimeLimitReached, Cancelled])
+def test_an_end_while_the_goal_is_tried_keeps_what_the_guides_gave(
+    hyq_data: RobotData, kind: type[RbprmError]
+) -> None:
+    scene = Scene([island("ground", -2, 1)])
+    request = walk_to(1.2, options=FEW, required_limbs=LEGS[2:], goal_limbs=LEGS)
+    stages: list[str] = []
+
+    def follow(progress: Progress) -> None:
+        stages.append(progress.stage)
+        if tries_the_goal() and kind is TimeLimitReached:
+            budget.time_limit = 1e-3
+
+    def tries_the_goal() -> bool:
+        return "sequence" in stages and stages[-1] == "start"
+
+    budget = Budget(60.0, lambda: kind is Cancelled and tries_the_goal(), follow)
+    with pytest.raises(kind, match="stage start") as caught:
+        plan(request, hyq_data, scene, budget)
+    assert len(caught.value.states) > 1
+    assert caught.value.fraction > 0
+    if isinstance(caught.value, TimeLimitReached):
+        assert caught.value.best is not None
+        assert caught.value.best.states == caught.value.states
+
+
+def ended(error: RbprmError, fraction: float, states: int) -> RbprmError:
+    """How an attempt ended, with the share of its guide that its states cover."""
+    error.fraction, error.states = fraction, tuple(range(states))
+    return error
+
+
+@pytest.mark.parametrize(
+    ("fraction", "states", "kept"),
+    [(0.3, 9, 5), (0.7, 2, 2), (0.5, 9, 5), (0.0, 0, 5)],
+    ids=["less far with more states", "farther with fewer", "as far", "not begun"],
+)
+@pytest.mark.parametrize("kind", [TimeLimitReached, Cancelled])
+def test_the_states_are_of_the_attempt_that_came_farthest(
+    hyq_data: RobotData,
+    flat_scene: Scene,
+    monkeypatch: pytest.MonkeyPatch,
+    kind: type[RbprmError],
+    fraction: float,
+    states: int,
+    kept: int,
+) -> None:
+    best = ended(NoSequenceFound(4, "", "no way", 0.5), 0.5, 5)
+    last = Cancelled("sequence") if kind is Cancelled else TimeLimitReached(60.0, "sequence")
+    ends = iter([best, ended(last, fraction, states)])
+
+    def attempt(*_: object) -> NoReturn:
+        raise next(ends)
+
+    monkeypatch.setattr("rbprm_core.planner.plan_sequence", attempt)
+    with pytest.raises(kind) as caught:
+        plan(walk_to(1.0), hyq_data, flat_scene, Budget(60.0))
+    assert len(caught.value.states) == kept
+    assert caught.value.fraction == max(fraction, 0.5)
+    if isinstance(caught.value, TimeLimitReached):
+        assert caught.value.best is best
 
 
 def test_no_limb_is_required(hyq_data: RobotData, flat_scene: Scene) -> None:

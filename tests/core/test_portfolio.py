@@ -29,7 +29,7 @@ from rbprm_core.guide import RootBounds
 from rbprm_core.guide.options import GuideOptions, RrtOptions
 from rbprm_core.placement import Placement
 from rbprm_core.planner import plan
-from rbprm_core.portfolio import ProcessDied, plan_portfolio
+from rbprm_core.portfolio import ProcessDied, _progress, plan_portfolio
 from rbprm_core.request import PlannerOptions, PlanRequest
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, make_surface
@@ -131,6 +131,14 @@ def test_where_all_fail_the_farthest_is_told(toy_data: RobotData) -> None:
     assert caught.value.fraction == best.fraction
     assert str(caught.value) == str(best)
     assert len(caught.value.states) == len(best.states)
+
+
+def test_how_far_an_attempt_came_is_the_share_of_its_guide() -> None:
+    late = TimeLimitReached(1.0, "sequence")
+    late.states, late.fraction = (1, 2), 0.7
+    stopped = NoSequenceFound(3, "", "no way", 0.5, (1, 2, 3))
+    early = TimeLimitReached(1.0, "guide")
+    assert sorted([late, early, stopped], key=_progress) == [early, stopped, late]
 
 
 def test_the_time_limit_holds(toy_data: RobotData) -> None:

@@ -12,6 +12,7 @@ import pytest
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.robot import Robot, load_description
+from rbprm_core.robot.limb import Limb
 from rbprm_core.scenario import Scenario, known_scenarios, load_scenario
 from rbprm_core.validation import parse_record
 from rbprm_core.vocabulary import SurfaceKind
@@ -25,6 +26,10 @@ SQUARE = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]
 def robot_of(name: str) -> Robot:
     """A robot of the package, read once: several scenarios are for the same."""
     return Robot.load(load_description(name))
+
+
+def limbs_of(robot: Robot) -> dict[str, Limb]:
+    return {limb.name: limb for limb in robot.limbs}
 
 
 def content(**request: Any) -> dict[str, Any]:
@@ -75,7 +80,7 @@ def test_the_scenarios_of_the_package_are_good(name: str) -> None:
             assert (request.bounds.high >= place.position).all()
         kinds = {surface.kind for surface in text.scene().surfaces}
         for limb in request.required_limbs:
-            assert kinds.intersection(robot.limb(limb).surfaces)
+            assert kinds.intersection(limbs_of(robot)[limb].surfaces)
 
 
 @pytest.mark.parametrize(
@@ -105,9 +110,9 @@ def test_heuristics_of_the_scenarios_robot() -> None:
     weights = {"lf_leg": {"effort": 1.0, "joint_limits": 0.2}}
     data = {**content(), "heuristics": weights}
     own = parse(data).load_robot()
-    assert own.limb("lf_leg").heuristics == weights["lf_leg"]
+    assert own.limbs[0].heuristics == weights["lf_leg"]
     plain = parse(content()).load_robot()
-    assert own.limb("rf_leg").heuristics == plain.limb("rf_leg").heuristics
+    assert own.limbs[1].heuristics == plain.limbs[1].heuristics
     other = parse(data).load_robot("anymal")  # it keeps those of its own file
     assert all("effort" not in limb.heuristics for limb in other.limbs)
 
@@ -126,7 +131,7 @@ def test_limbs_and_root_joints_of_the_scenarios_robot() -> None:
     assert [limb.name for limb in own.limbs] == ["left_leg", "right_arm"]
     assert own.root_joints == (own.model.getJointId("torso_1_joint"),)
     assert len(own.root_index) == 8
-    assert own.limb("right_arm").base != plain.limb("left_leg").base
+    assert limbs_of(own)["right_arm"].base != limbs_of(plain)["left_leg"].base
     request = parse(chosen).request_for(own)
     assert request.required_limbs == request.start_limbs == ("left_leg", "right_arm")
     with pytest.raises(InvalidInput, match="unknown") as caught:
@@ -156,8 +161,8 @@ def test_surfaces_and_trunk_of_the_scenarios_robot() -> None:
     data["surfaces"] = {"lf_leg": ["support", "lean"]}
     data["trunk"] = {"links": ["trunk", "lf_upperleg"], "scale": 1.5}
     own, plain = parse(data).load_robot(), robot_of("hyq")
-    assert own.limb("lf_leg").surfaces == (SurfaceKind.SUPPORT, SurfaceKind.LEAN)
-    assert own.limb("rf_leg").surfaces == plain.limb("rf_leg").surfaces
+    assert own.limbs[0].surfaces == (SurfaceKind.SUPPORT, SurfaceKind.LEAN)
+    assert own.limbs[1].surfaces == plain.limbs[1].surfaces
     volumes = own.description.volumes
     assert (volumes.trunk_links, volumes.trunk_scale) == (("trunk", "lf_upperleg"), 1.5)
     data["trunk"] = {"scale": 1.5}

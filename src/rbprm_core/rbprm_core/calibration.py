@@ -64,6 +64,16 @@ class ScaleCounts:
         """Share of all root configurations that are false negatives, as in table 1."""
         return self.false_negatives / self.samples
 
+    @property
+    def holds_rate(self) -> float:
+        """Share of all root configurations at which the condition holds."""
+        return (self.true_positives + self.false_positives) / self.samples
+
+    @property
+    def stands_rate(self) -> float:
+        """Share of all root configurations at which the robot can stand."""
+        return (self.true_positives + self.false_negatives) / self.samples
+
 
 def calibrate(
     request: PlanRequest,

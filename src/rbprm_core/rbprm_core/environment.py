@@ -62,8 +62,9 @@ def polygon_surfaces(
 
 
 def polygon_entry(scene: Scene, name: str) -> EnvironmentEntry:
-    """A scene in the words of the plan file, all as polygons: for one that no file has any more."""
-    surfaces = [
+    """The surfaces of a scene in the words of the plan file, all as polygons: for a scene that no
+    file has any more."""
+    surfaces = tuple(
         SurfaceEntry(
             id=surface.id,
             vertices=_points(surface.polygon.boundary),
@@ -71,13 +72,8 @@ def polygon_entry(scene: Scene, name: str) -> EnvironmentEntry:
             friction=surface.friction,
         )
         for surface in scene.surfaces
-    ]
-    # Nothing stands on an obstacle, so that its friction means nothing.
-    surfaces += [
-        SurfaceEntry(id=f"obstacle_{i}", vertices=_points(triangle), friction=0.0)
-        for i, triangle in enumerate(scene.obstacles)
-    ]
-    return EnvironmentEntry(name=name, surfaces=tuple(surfaces))
+    )
+    return EnvironmentEntry(name=name, surfaces=surfaces)
 
 
 def _points(ring: Array) -> tuple[Vector3, ...]:

@@ -26,11 +26,13 @@ class RbprmError(Exception):
     Attributes:
         statistics: of the planning that it ended (see `rbprm_core.plan`), None where it ended none.
         states: those of the contact sequence that were found until then, a partial result.
+        fraction: share of their guide that these states cover, 0 to 1.
     """
 
     code = ErrorCode.INTERNAL
     statistics: Any = None
     states: tuple[Any, ...] = ()
+    fraction = 0.0
 
     def __reduce__(self) -> tuple[Any, ...]:
         """For the way from one process to another: pickle would call `__init__` with the text."""

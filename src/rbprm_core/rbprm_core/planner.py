@@ -99,7 +99,7 @@ def plan(
         TimeLimitReached, Cancelled: from the budget.
 
         Each carries the statistics up to where it ended, and the states of the attempt that came
-        farthest.
+        farthest: that followed the largest share of its guide; of equals, the earliest.
     """
     planning = _Planning(request, data, scene, budget, roadmaps, first, on_states)
     try:
@@ -130,6 +130,7 @@ class _Planning:
         self._rng = np.random.default_rng(request.seed)
         self._seconds = dict.fromkeys(("prepare", "guide", "shortcut", "sequence"), 0.0)
         self._nodes = self._guides = 0
+        self._best: NoSequenceFound | None = None  # of the attempts that have ended
         self._tally, self._plugins = Tally(), dict[str, str]()
         self._data, self._scene, self._roadmaps = data, scene, roadmaps
 
@@ -204,29 +205,35 @@ class _Planning:
         with _Clock(self._seconds, "prepare"):
             self._prepare()
         first = self._first_state()
-        best: NoSequenceFound | None = None
+        try:
+            return self._first_success(first)
+        except (GoalUnreachable, TimeLimitReached, Cancelled) as error:
+            if self._best is None:
+                raise
+            raise _with_best(error, self._best) from error
+
+    def _first_success(self, first: State) -> Outcome:
+        """The first guide that a sequence follows, and the sequence; raises where none does."""
         for attempt in range(self._request.options.guides):
             try:
                 guide = self._guide(direct=attempt == 0)
                 states = self._sequence(guide, first)
             except NoSequenceFound as error:
-                if best is None or error.fraction > best.fraction:
-                    best = error
+                if self._best is None or error.fraction > self._best.fraction:
+                    self._best = error
                 self._avoid(guide, error)
             except NoGuideFound:
-                if best is None:
+                if self._best is None:
                     raise
                 break  # what failed on the guides before is the more useful thing to say
-            except (TimeLimitReached, Cancelled) as error:
-                raise _with_best(error, best) from error
             else:
                 return Outcome(guide, tuple(states), self.statistics(len(states)))
         # No guide led there: a goal that does not admit what is asked of it is the more useful
         # thing to say. Where no limbs are asked for, any may do, and no single try tells.
         if self._goal_limbs:
             start_state(self._generator, self._goal, self._goal_limbs, "goal", self._budget)
-        assert best is not None  # at least one guide is tried
-        raise best
+        assert self._best is not None  # at least one guide is tried
+        raise self._best
 
     def _first_state(self) -> State:
         """The start state; raises where start or goal admit none."""
@@ -331,16 +338,21 @@ def _placement(root: Array) -> Placement:
 
 
 def _with_best(
-    error: TimeLimitReached | Cancelled, best: NoSequenceFound | None
-) -> TimeLimitReached | Cancelled:
-    """The error with what the attempts before had found, where they found more states."""
-    states = error.states
+    error: GoalUnreachable | TimeLimitReached | Cancelled, best: NoSequenceFound
+) -> RbprmError:
+    """The error with the states of the attempt that came farthest: the one that it ended, or the
+    best before."""
+    told: RbprmError
     if isinstance(error, TimeLimitReached):
-        error = TimeLimitReached(error.limit, error.stage, best)
+        told = TimeLimitReached(error.limit, error.stage, best)
+    elif isinstance(error, Cancelled):
+        told = Cancelled(error.stage)
     else:
-        error = Cancelled(error.stage)
-    error.states = states if best is None else max(states, best.states, key=len)
-    return error
+        told = GoalUnreachable(error.reason, error.limb)
+    # Not by their number: a guide that winds has more of them, and may lead less far.
+    farthest = error if error.fraction > best.fraction else best
+    told.states, told.fraction = farthest.states, farthest.fraction
+    return told
 
 
 def _version(name: str) -> str:

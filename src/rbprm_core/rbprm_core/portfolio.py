@@ -24,7 +24,6 @@ from rbprm_core.budget import LEAST_TIME_LIMIT, Progress
 from rbprm_core.errors import (
     Cancelled,
     ErrorCode,
-    NoSequenceFound,
     RbprmError,
     TimeLimitReached,
 )
@@ -139,9 +138,8 @@ def _first(
 
 def _progress(error: RbprmError) -> tuple[float, int]:
     """How far a failed attempt came: share of a guide followed, then by the stage it ended in."""
-    best = error.best if isinstance(error, TimeLimitReached) else error
-    if isinstance(best, NoSequenceFound):
-        return best.fraction, error.code
+    if error.states:
+        return error.fraction, error.code
     stages = (
         ErrorCode.INTERNAL,
         ErrorCode.CANCELLED,

@@ -28,6 +28,7 @@ from rbprm_core.validation import (
     Acceleration,
     Coordinate,
     Record,
+    Robustness,
     finite_number,
     parse_record,
 )
@@ -36,7 +37,6 @@ from rbprm_core.vocabulary import SurfaceKind
 Range = tuple[Coordinate, Coordinate]
 Gravity = tuple[Acceleration, Acceleration, Acceleration]
 HalfRange = Annotated[float, Field(ge=0, le=math.tau)]
-Threshold = Annotated[float, Field(ge=0, le=MOST_FORCE)]
 GripForce = Annotated[float, Field(gt=0, le=MOST_FORCE)]
 TimeLimit = Annotated[float, Field(gt=0, le=1e6)]
 RobotName = Annotated[str, Field(pattern=FILE_NAME)]
@@ -71,7 +71,7 @@ class RequestText(Record):
     required_limbs: tuple[str, ...] | None = None
     start_limbs: tuple[str, ...] | None = None
     goal_limbs: tuple[str, ...] | None = None
-    robustness_threshold: Threshold = 0.0
+    robustness_threshold: Robustness = 0.0
     gravity: Gravity = (0.0, 0.0, -9.81)
     grip_force: GripForce = GRIP_FORCE
     time_limit: TimeLimit = 60.0
@@ -86,7 +86,7 @@ class RobotChanges(Record):
     required_limbs: tuple[str, ...] | None = None
     start_limbs: tuple[str, ...] | None = None
     goal_limbs: tuple[str, ...] | None = None
-    robustness_threshold: Threshold | None = None
+    robustness_threshold: Robustness | None = None
     gravity: Gravity | None = None
     grip_force: GripForce | None = None
     time_limit: TimeLimit | None = None

@@ -29,6 +29,8 @@ Step = Annotated[float, Field(ge=1e-4, le=FARTHEST)]
 
 Acceleration = Annotated[float, Field(ge=-MOST_GRAVITY, le=MOST_GRAVITY)]
 Friction = Annotated[float, Field(ge=0, le=MOST_FRICTION)]
+Robustness = Annotated[float, Field(ge=0, le=MOST_FORCE)]
+"""A least b0, newtons."""
 Model = TypeVar("Model", bound=BaseModel)
 
 

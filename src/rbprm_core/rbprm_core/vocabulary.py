@@ -12,10 +12,3 @@ class SurfaceKind(StrEnum):
     LEAN = "lean"
     OTHER = "other"
     """Nothing can stand or lean on it: an obstacle only."""
-
-
-class ContactType(StrEnum):
-    """Shape of a contact."""
-
-    POINT = "point"
-    PLANAR = "planar"

@@ -34,11 +34,12 @@ class Plain:
         against: Sequence[int],
         shapes: Sequence[coal.CollisionGeometry],
     ) -> None:
-        still = pin.SE3.Identity()
-        ground = [pin.GeometryObject(f"o{k}", 0, still, shape) for k, shape in enumerate(shapes)]
-        first = len(data.bodies.objects)
-        hits = [(body, first + k) for body in against for k in range(len(shapes))]
-        self._robot, self._geometry = data.robot, data.bodies.model([*pairs, *hits], ground)
+        self._robot, self._geometry = data.robot, data.bodies.model(pairs)
+        for k, shape in enumerate(shapes):
+            ground = pin.GeometryObject(f"o{k}", 0, pin.SE3.Identity(), shape)
+            index = self._geometry.addGeometryObject(ground)
+            for body in against:
+                self._geometry.addCollisionPair(pin.CollisionPair(int(body), index))
         self._scratch = self._geometry.createData()
         for request in self._scratch.collisionRequests:
             request.enable_contact = True  # or some deep pairs are missed

@@ -372,8 +372,8 @@ def test_ranking_is_no_part_of_the_robots_data(toy_data: RobotData) -> None:
         assert fraction == 1.0, "the data are computed anew"
 
     data = load_robot_data(robot, computed)
-    assert data.robot.limb("lf").heuristics == {"effort": 1.0}
-    assert data.robot.limb("rf").heuristics == toy_data.robot.limb("rf").heuristics
+    assert data.robot.limbs[0].heuristics == {"effort": 1.0}
+    assert data.robot.limbs[1].heuristics == toy_data.robot.limbs[1].heuristics
     assert (data.databases[0].joints == toy_data.databases[0].joints).all()
     with pytest.raises(InvalidInput, match="tail"):
         toy_data.robot.description.ranked_by({"tail": {"effort": 1.0}})

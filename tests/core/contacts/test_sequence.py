@@ -261,8 +261,10 @@ def test_progress_is_told(flat: ContactGenerator) -> None:
 
 def test_the_caller_may_stop_a_walk(flat: ContactGenerator) -> None:
     asked = iter([False] * 3)
-    with pytest.raises(Cancelled, match="sequence"):
+    with pytest.raises(Cancelled, match="sequence") as caught:
         walk(flat, straight(2.0), budget=Budget(cancelled=lambda: next(asked, True)))
+    assert caught.value.fraction > 0
+    assert caught.value.states[-1].q[0] == pytest.approx(2.0 * caught.value.fraction)
 
 
 def test_a_walk_keeps_its_time_limit(flat: ContactGenerator) -> None:

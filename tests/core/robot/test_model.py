@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import coal
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -36,7 +37,6 @@ def test_what_hyq_is(hyq: Robot) -> None:
     assert 60 < hyq.mass < 120
     assert len(hyq.joint_names) == 12
     assert [limb.name for limb in hyq.limbs] == ["lf_leg", "rf_leg", "lh_leg", "rh_leg"]
-    assert hyq.limb("rf_leg") is hyq.limbs[1]
     assert list(hyq.root_index) == list(range(7))
     for limb in hyq.limbs:
         assert len(limb.joints) == 3
@@ -56,18 +56,39 @@ def test_limits_and_posture(hyq: Robot) -> None:
 
 
 def test_a_range_narrows_the_urdfs_limits(hyq: Robot) -> None:
-    index = hyq.limb("lf_leg").q_index[0]
+    index = hyq.limbs[0].q_index[0]
     narrow = robot_with(joint_ranges={"lf_haa_joint": (-0.1, 9.0)})
     assert narrow.low[index] == -0.1
     assert narrow.high[index] == hyq.high[index]
-    assert narrow.limb("lf_leg").low[0] == -0.1
+    assert narrow.limbs[0].low[0] == -0.1
     assert (narrow.reference >= narrow.low).all()
 
 
 def test_a_posture_may_be_given_by_joint(hyq: Robot) -> None:
-    index = hyq.limb("lf_leg").q_index[1]
+    index = hyq.limbs[0].q_index[1]
     robot = robot_with(reference_posture={"lf_hfe_joint": 0.5})
     assert robot.reference[index] == 0.5
+
+
+@pytest.mark.parametrize("name", ["anymal", "g1", "go2", "hyq", "talos"])
+def test_at_the_reference_height_the_feet_are_on_the_ground(name: str) -> None:
+    """Balls and patches, in the effector's frame or beside it: as low as the links' shapes are."""
+    robot = Robot.load(load_description(name))
+    assert -lowest_point(robot) == pytest.approx(robot.reference_height, abs=2e-3)
+
+
+def lowest_point(robot: Robot) -> float:
+    """The least z of all meshes and balls in the reference posture, the root at the origin."""
+    data, places = robot.model.createData(), robot.geometry.createData()
+    pin.updateGeometryPlacements(robot.model, data, robot.geometry, places, robot.reference)
+    lowest = np.inf
+    for body, place in zip(robot.geometry.geometryObjects, places.oMg, strict=True):
+        if isinstance(body.geometry, coal.Sphere):
+            lowest = min(lowest, place.translation[2] - body.geometry.radius)
+        elif isinstance(body.geometry, coal.BVHModelBase):
+            points = np.asarray(body.geometry.vertices()) @ place.rotation.T + place.translation
+            lowest = min(lowest, points[:, 2].min())
+    return float(lowest)
 
 
 @settings(max_examples=60)
@@ -96,6 +117,35 @@ def test_a_limbs_own_kinematics_are_the_robots(
             ahead = limb.kinematics.position_and_jacobian(joints + step)[0].copy()
             behind = limb.kinematics.position_and_jacobian(joints - step)[0].copy()
             assert jacobian[:, k] == pytest.approx((ahead - behind) / 2e-6, abs=1e-5)
+
+
+@pytest.fixture(scope="module")
+def kneeling() -> Robot:
+    """Talos on knees and hands: what hangs beyond a knee, the foot, is bent in the reference."""
+    limbs = ("left_knee", "right_knee", "left_arm", "right_arm")
+    text = load_description("talos").using(limbs, ("torso_1_joint", "torso_2_joint"))
+    return Robot.load(text)
+
+
+@settings(max_examples=40)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_a_limb_carries_what_hangs_beyond_it_in_the_reference_posture(
+    kneeling: Robot, seed: int
+) -> None:
+    robot = kneeling
+    rng = np.random.default_rng(seed)
+    q = robot.reference.copy()
+    moving = np.concatenate([robot.root_index[7:], *(limb.q_index for limb in robot.limbs)])
+    q[moving] = rng.uniform(robot.low[moving], robot.high[moving])
+    q[:3] = rng.uniform(-5, 5, 3)
+    q[3:7] = pin.Quaternion(pin.exp3(rng.uniform(-2, 2, 3))).coeffs()
+    data = robot.model.createData()
+    pin.centerOfMass(robot.model, data, q, True)
+    for limb in robot.limbs:
+        first = int(limb.joints[0])
+        wanted = data.oMi[limb.base].actInv(data.oMi[first].act(data.com[first]))
+        assert limb.kinematics.com(q[limb.q_index]) == pytest.approx(wanted, abs=1e-9)
+        assert limb.kinematics.mass == pytest.approx(data.mass[first])
 
 
 def test_without_an_srdf_neighbours_may_touch_and_others_may_not(toy_data: RobotData) -> None:
@@ -178,7 +228,9 @@ def test_a_limb_needs_bounded_axes(toy_file: Path, tmp_path: Path) -> None:
         .read_text()
         .replace('"lf_hfe" type="revolute"', '"lf_hfe" type="continuous"')
     )
-    spun: RobotDescription = text.model_copy(update={"urdf": str(urdf)})
+    posture = {joint: angle for joint, angle in text.reference_posture.items() if joint != "lf_hfe"}
+    changes = {"urdf": str(urdf), "reference_posture": posture}
+    spun: RobotDescription = text.model_copy(update=changes)
     with pytest.raises(InvalidInput, match="one bounded axis") as caught:
         Robot.load(spun)
     assert caught.value.value == "lf_hfe"

@@ -167,7 +167,7 @@ def test_a_patch_is_turned_a_little_nearly_always(crawler_data: RobotData) -> No
 def test_a_patch_that_looks_the_other_way_does_not_face(crawler_data: RobotData, seed: int) -> None:
     """Half a turn has no axis of its own, and is none the less a turn."""
     rng = np.random.default_rng(seed)
-    arm = crawler_data.robot.limb("left_arm")
+    arm = next(limb for limb in crawler_data.robot.limbs if limb.name == "left_arm")
     start = rng.uniform(arm.low, arm.high)
     axis = arm.kinematics.placement_and_jacobian(start)[1][:, 2]
     joints = face(arm, start, -axis)

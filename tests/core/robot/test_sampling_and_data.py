@@ -126,10 +126,6 @@ def test_manipulability_is_the_root_of_the_determinant(hyq_data: RobotData) -> N
         assert database.manipulability[i] == pytest.approx(np.sqrt(np.linalg.det(gram)))
 
 
-def test_the_height_is_that_of_the_reference_posture(hyq_data: RobotData) -> None:
-    assert 0.4 < hyq_data.height < 0.8
-
-
 def test_the_same_again_from_the_cache(
     small_hyq: RobotDescription, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -177,7 +173,7 @@ def test_heuristics_and_the_trunk_share_the_kept_data(
     second = load_robot_data(Robot.load(other))
     assert len(list(tmp_path.iterdir())) == 1
     assert np.array_equal(first.databases[3].joints, second.databases[3].joints)
-    assert second.robot.limb("lf_leg").heuristics == {"effort": 1.0}
+    assert second.robot.limbs[0].heuristics == {"effort": 1.0}
     assert len(second.trunk) > len(first.trunk)
 
 

@@ -86,10 +86,8 @@ def _table(title: str, rows: Sequence[ScaleCounts], own: float) -> Table:
     for name in ("value of s", "false positive", "false negative", "holds", "stands"):
         table.add_column(name, justify="right")
     for row in rows:
-        holds = row.true_positives + row.false_positives
-        stands = row.true_positives + row.false_negatives
-        shares = (row.false_positives, row.false_negatives, holds, stands)
-        table.add_row(f"{row.scale:g}", *(f"{share / row.samples:.1%}" for share in shares))
+        shares = (row.false_positive_rate, row.false_negative_rate, row.holds_rate, row.stands_rate)
+        table.add_row(f"{row.scale:g}", *(f"{share:.1%}" for share in shares))
     return table
 
 

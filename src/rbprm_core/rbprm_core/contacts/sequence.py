@@ -39,7 +39,8 @@ def plan_sequence(
         NoSequenceFound: where the guide cannot be followed further.
         TimeLimitReached, Cancelled: from the budget.
 
-        The attribute `states` of each has the states so far.
+        The attribute `states` of each has the states so far, `fraction` the share of the guide
+        that they cover.
     """
     walk = Walk(generator, guide, rng, options)
     states = _Growing(start, on_states)
@@ -47,16 +48,21 @@ def plan_sequence(
         _follow(walk, generator, guide, states, budget, options)
         _settle(walk, states, guide.length, goal_limbs)
     except (TimeLimitReached, Cancelled) as error:
-        error.states = tuple(states.states)
+        error.states, error.fraction = tuple(states.states), states.fraction
         raise
     return states.states
 
 
 class _Growing:
-    """A sequence that tells somebody whenever it has grown."""
+    """A sequence that tells somebody whenever it has grown.
+
+    Attributes:
+        fraction: share of the guide that it covers, 0 to 1.
+    """
 
     def __init__(self, start: State, told: Callable[[Sequence[State]], None]) -> None:
         self.states: list[State] = []
+        self.fraction = 0.0
         self._told = told
         self.add(start)
 
@@ -84,7 +90,8 @@ def _follow(
     moved: set[int] = set()  # limbs moved at this root; once each is enough
     floor: float | None = None  # least b0 taken as a last resort, None while there are others
     while mark < guide.length:
-        budget.check("sequence", mark / guide.length, len(states.states))
+        states.fraction = mark / guide.length
+        budget.check("sequence", states.fraction, len(states.states))
         last, target = states.last, min(mark + step, guide.length)
         found = walk.advance(last, target, floor)
         stuck = found if isinstance(found, Obstruction) else None
@@ -104,7 +111,8 @@ def _follow(
         elif floor is None and generator.options.most_robust:
             step, floor = options.step, generator.floor
         else:
-            raise _stopped(generator, states.states, found, mark / guide.length)
+            raise _stopped(generator, states.states, found, states.fraction)
+    states.fraction = 1.0
 
 
 def _settle(walk: Walk, states: _Growing, mark: float, goal_limbs: Collection[int]) -> None:

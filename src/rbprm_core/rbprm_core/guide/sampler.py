@@ -11,6 +11,7 @@ from rbprm_core.guide.reachability import Reachability
 from rbprm_core.guide.space import RootSpace
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
+from rbprm_core.vocabulary import SurfaceKind
 
 Array = NDArray[np.float64]
 
@@ -42,7 +43,8 @@ class RootSampler:
     ) -> None:
         self._space, self._reachability = space, reachability
         self._height, self._joints, self._reach = height, joints, reach
-        surfaces = [s for s in scene.surfaces if reach is not None or s.kind == "support"]
+        support = SurfaceKind.SUPPORT
+        surfaces = [s for s in scene.surfaces if reach is not None or s.kind is support]
         fans = [
             (piece[0], piece[i], piece[i + 1], s.normal)
             for s in surfaces

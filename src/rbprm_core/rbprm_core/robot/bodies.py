@@ -43,12 +43,10 @@ class Bodies:
     group: NDArray[np.int_]
     last: NDArray[np.bool_]
 
-    def model(
-        self, pairs: Iterable[tuple[int, int]], obstacles: Iterable[pin.GeometryObject] = ()
-    ) -> pin.GeometryModel:
-        """A geometry model over all objects, then `obstacles`, that tests the pairs."""
+    def model(self, pairs: Iterable[tuple[int, int]]) -> pin.GeometryModel:
+        """A geometry model over all objects that tests the pairs."""
         geometry = pin.GeometryModel()
-        for body in (*self.objects, *obstacles):
+        for body in self.objects:
             geometry.addGeometryObject(body)
         for first, second in pairs:
             geometry.addCollisionPair(pin.CollisionPair(int(first), int(second)))

@@ -22,7 +22,7 @@ from rbprm_core.robot.volumes import TrunkPiece, reachable_workspace, trunk_volu
 
 Array = NDArray[np.float64]
 
-FORMAT = "5"  # raise when what is kept, or how it is made, changes
+FORMAT = "6"  # raise when what is kept, or how it is made, changes
 PARTS = ("joints", "positions", "rotations", "jacobians", "coms")  # of LimbSamples and LimbDatabase
 
 
@@ -35,7 +35,7 @@ class RobotData:
         workspaces: per limb, the corners (v, 3) of Wk in the limb's base frame, metres.
         faces: per limb, the faces (f, 4) of Wk: a point x is inside where n . x + d <= 0.
         databases: per limb, the sample database of section 4.1.
-        height: of the root over its lowest effector in the reference posture, metres.
+        height: of the root over its lowest contact in the reference posture, metres.
     """
 
     robot: Robot
@@ -72,7 +72,7 @@ def load_robot_data(
         workspaces=workspaces,
         faces=tuple(ConvexHull(corners).equations for corners in workspaces),
         databases=tuple(databases),
-        height=_reference_height(robot),
+        height=robot.reference_height,
     )
 
 
@@ -94,12 +94,6 @@ def _compute(robot: Robot, report: Callable[[float], None]) -> Arrays:
         for part in PARTS:
             arrays[f"{part}_{k}"] = getattr(found, part)[: limb.samples]
     return arrays
-
-
-def _reference_height(robot: Robot) -> float:
-    data = robot.model.createData()
-    pin.framesForwardKinematics(robot.model, data, robot.reference)
-    return float(max(-data.oMf[limb.frame].translation[2] for limb in robot.limbs))
 
 
 def _key(robot: Robot) -> str:

@@ -20,26 +20,32 @@ class LimbKinematics:
         mass: of the limb and all that it carries, kilograms.
 
     Args:
-        model: of the whole robot.
+        model: of the whole robot. reference: (nq,) the posture that all other joints keep.
         base: id of the joint that the limb hangs on.
         joints: (n,) ids of the limb's joints.
         frame: id of the effector frame. contact: placement of the contact frame in it.
     """
 
     def __init__(
-        self, model: pin.Model, base: int, joints: NDArray[np.int_], frame: int, contact: pin.SE3
+        self,
+        model: pin.Model,
+        reference: Array,
+        base: int,
+        joints: NDArray[np.int_],
+        frame: int,
+        contact: pin.SE3,
     ) -> None:
         lock = [i for i in range(1, model.njoints) if i not in joints]
-        self._model = pin.buildReducedModel(model, lock, pin.neutral(model))
+        self._model = pin.buildReducedModel(model, lock, reference)
         tip = model.frames[frame].placement * contact
         kind, inertia = pin.FrameType.OP_FRAME, pin.Inertia.Zero()
         self._tip = self._model.addFrame(pin.Frame("contact", len(joints), tip, kind, inertia))
         self._data = self._model.createData()
         self.mass = float(sum(model.inertias[j].mass for j in model.subtrees[int(joints[0])]))
-        # Joints between root and base are locked at zero here; measured from the base, they and
-        # the root do not matter.
+        # Joints between root and base are locked, too; measured from the base, they and the root
+        # do not matter.
         whole = model.createData()
-        pin.forwardKinematics(model, whole, pin.neutral(model))
+        pin.forwardKinematics(model, whole, reference)
         self._from_base = whole.oMi[base].inverse()
         self._base_rotation = self._from_base.rotation.copy()
         self._base_translation = self._from_base.translation.copy()

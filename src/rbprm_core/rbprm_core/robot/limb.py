@@ -84,11 +84,13 @@ class Limb:
         return int(self.joints[-1])
 
 
-def make_limb(model: pin.Model, text: LimbDescription, low: Array, high: Array) -> Limb:
+def make_limb(
+    model: pin.Model, text: LimbDescription, low: Array, high: Array, reference: Array
+) -> Limb:
     """Resolve a limb's names in a model.
 
     Args:
-        low, high: (nq,) limits of the whole configuration.
+        low, high: (nq,) limits of the whole configuration. reference: (nq,) the reference posture.
 
     Raises:
         InvalidInput: unknown joint or frame, or joints the planner cannot use.
@@ -121,7 +123,7 @@ def make_limb(model: pin.Model, text: LimbDescription, low: Array, high: Array) 
         facing=(
             float(np.cos(text.contact.angle)) if isinstance(text.contact, PointContact) else -1.0
         ),
-        kinematics=LimbKinematics(model, base, np.array(joints), frame, contact),
+        kinematics=LimbKinematics(model, reference, base, np.array(joints), frame, contact),
         surfaces=text.surfaces,
         root_pitch=text.root_pitch,
         heuristics=dict(text.heuristics),

@@ -67,9 +67,13 @@ class Robot:
         """Total mass in kilograms."""
         return float(pin.computeTotalMass(self.model))
 
-    def limb(self, name: str) -> Limb:
-        """The limb of a name."""
-        return next(limb for limb in self.limbs if limb.name == name)
+    @cached_property
+    def reference_height(self) -> float:
+        """Height of the root over its lowest contact in the reference posture, metres."""
+        data = self.model.createData()
+        pin.framesForwardKinematics(self.model, data, self.reference)
+        contacts = ((data.oMf[limb.frame].act(limb.contact), limb.radius) for limb in self.limbs)
+        return float(max(radius - contact.translation[2] for contact, radius in contacts))
 
     def fixed_to(self, joint: int) -> int:
         """The nearest joint at or above one that moves: the root's, one planned with it, a limb's.
@@ -94,7 +98,8 @@ class Robot:
             description = description.using()
         model = _read_model(description)
         low, high = _limits(model, description)
-        limbs = tuple(make_limb(model, text, low, high) for text in description.limbs)
+        reference = _reference(model, description, low, high)
+        limbs = tuple(make_limb(model, text, low, high, reference) for text in description.limbs)
         taken = _taken_joints(model, limbs)
         root_joints = [_joint(model, name, "robot.root_joints") for name in description.root_joints]
         for joint in root_joints:
@@ -112,7 +117,7 @@ class Robot:
             limbs=limbs,
             low=low,
             high=high,
-            reference=_reference(model, description, low, high),
+            reference=reference,
             joint_names=tuple(model.names[2:]),
             root_joints=tuple(root_joints),
             root_index=np.array(root_index),

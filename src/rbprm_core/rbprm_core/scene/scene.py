@@ -19,7 +19,7 @@ from rbprm_core.vocabulary import SurfaceKind
 Array = NDArray[np.float64]
 
 LEAST_TOGETHER = 8  # triangles; fewer in a shape prune no better
-MOST_SHAPES = 64  # so many boxes are compared faster than a tree of them is kept
+MOST_SHAPES = 16  # so many boxes are compared faster than pairs of bodies are set up for more
 
 
 @dataclass(frozen=True, eq=False)
