@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import itertools
 import os
@@ -73,10 +74,13 @@ class Process:
 
     def worker(self, purpose: str = "planning") -> int:
         """Id of the process that plans, or watches."""
-        wait_until(lambda: len(self._workers(purpose)) == 1, f"a {purpose} process")
-        return self._workers(purpose)[0]
+        while True:
+            wait_until(lambda: len(self.workers(purpose)) == 1, f"a {purpose} process")
+            with contextlib.suppress(ValueError):  # it has gone since
+                (found,) = self.workers(purpose)
+                return found
 
-    def _workers(self, purpose: str) -> list[int]:
+    def workers(self, purpose: str) -> list[int]:
         """Ids of the processes for something that are alive."""
         return [pid for pid in self.children() if role(pid) == purpose]
 

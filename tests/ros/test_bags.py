@@ -10,13 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from ament_index_python import get_package_share_directory
+from geometry_msgs.msg import Point
 from rbprm_msgs.msg import SurfaceArray
 from rbprm_msgs.srv import Plan
 from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.rosbag2 import Reader
+from visualization_msgs.msg import Marker, MarkerArray
 
 from rbprm_core.errors import InvalidInput
 from rbprm_ros.bags import TOPICS, BagMessage, BagWriter, read_bag, type_name, typestore
+from rbprm_ros.qos import LATCHED
 
 if TYPE_CHECKING:
     from conftest import Executive, Site
@@ -133,6 +136,19 @@ def test_surfaces_alone_are_replayed_to_a_planner_that_plans_on_them(
 
     executive.spin_until(lambda: surfaces_planned_on() == {"replayed"}, "replayed surfaces")
     assert player.stop() == 0
+
+
+def test_surfaces_in_markers_are_recorded_too(site: Site, tmp_path: Path) -> None:
+    executive = site.executive()
+    bag, node = tmp_path / "bag", "/another"
+    recorder = site.start("record_bag", str(bag), *ARGUMENTS, f"planner:={node}")
+    marker = Marker(ns="stairs", id=3, type=Marker.TRIANGLE_LIST)
+    marker.points = [Point(x=0.0, y=0.0), Point(x=1.0, y=0.0), Point(x=0.0, y=1.0)]
+    sent = MarkerArray(markers=[marker])
+    executive.node.create_publisher(MarkerArray, f"{node}/surface_markers", LATCHED).publish(sent)
+    recorder.wait_for("first message of surface_markers")
+    assert recorder.stop() == 0
+    assert recorded(bag, "surface_markers") == [sent]
 
 
 def test_types_of_a_bag_are_those_of_the_interfaces(tmp_path: Path) -> None:

@@ -26,11 +26,11 @@ from rbprm_core.plan import (
 )
 from rbprm_core.request import PlanRequest
 from rbprm_core.scene import make_surface
-from rbprm_ros.bounds import BoundsRule, derived_bounds
 from rbprm_ros.conversions import (
     guide_message,
     job_of_message,
     plan_of_messages,
+    read_sequence,
     request_message,
     result_message,
     sequence_message,
@@ -172,10 +172,13 @@ def test_defaults_of_a_request(request_made: PlanRequest, environment: Environme
     assert job.request.bounds.high.tolist() == [3.0, 3.0, 1.0]
 
 
-def test_derived_bounds_hold_a_goal_that_is_turned() -> None:
-    start, goal = Placement.parse((0, 0, 0)), Placement.parse((1, 0, 0), TURNED)
-    bounds = derived_bounds(start, goal, (), BoundsRule(margin=0.5))
-    assert bounds.half_ranges == pytest.approx([0.6, 0.3, 0.3])
+@pytest.mark.parametrize("value", [-1.0, 2e6, math.inf, math.nan])
+def test_a_sequences_threshold_is_a_force_that_can_be(plan: ContactPlan, value: float) -> None:
+    message = sequence_message(plan, Header(), "id", 0)
+    message.robustness_threshold = value
+    with pytest.raises(InvalidInput) as caught:
+        read_sequence(message, most_states=10)
+    assert caught.value.field == "sequence.robustness_threshold"
 
 
 def test_results() -> None:

@@ -129,14 +129,35 @@ def test_deactivation_ends_replanning_too(
     activated.publish(gap)
     activated.spin_until(lambda: statuses[-1].state == PlannerStatus.REPLANNING, "replanning")
     assert change(activated, Transition.TRANSITION_DEACTIVATE)
-    activated.spin_until(lambda: statuses[-1].state == PlannerStatus.INVALIDATED, "its end", 2.0)
+    activated.spin_until(lambda: statuses[-1].state == PlannerStatus.IDLE, "its end", 2.0)
     assert statuses[-1].revision == 0
-    assert statuses[-1].invalid_states
+    assert statuses[-1].invalid_states  # as they were when somebody looked
     count = len(statuses)
     assert change(activated, Transition.TRANSITION_ACTIVATE)
     activated.spin_until(
         lambda: any(s.state == PlannerStatus.REPLANNING for s in statuses[count:]),
         "replanning again",
+    )
+
+
+def test_nothing_is_said_to_hold_while_nobody_looks(
+    activated: Executive, ground: SurfaceArray, gap: SurfaceArray, request_on_ground: Plan.Request
+) -> None:
+    statuses = activated.statuses
+    activated.publish(ground)
+    activated.spin_until(lambda: len(activated.known()) == 1, "the ground")
+    request_on_ground.goal.pose.position.x = 4.5
+    assert activated.call(request_on_ground).result.code == PlanningResult.SUCCESS
+    activated.spin_until(lambda: statuses[-1].state == PlannerStatus.VALID, "status VALID")
+    known = statuses[-1].environment_version
+    assert change(activated, Transition.TRANSITION_DEACTIVATE)
+    activated.publish(gap)
+    activated.spin_until(lambda: len(activated.known()) == 2, "the gap")
+    assert (statuses[-1].state, statuses[-1].environment_version) == (PlannerStatus.IDLE, known)
+    count = len(statuses)
+    assert change(activated, Transition.TRANSITION_ACTIVATE)
+    activated.spin_until(
+        lambda: any(s.state == PlannerStatus.INVALIDATED for s in statuses[count:]), "a look"
     )
 
 

@@ -183,6 +183,36 @@ def test_watching_process_killed_amid_its_look(
     assert planner.worker("watching") != watcher
 
 
+def test_what_nobody_could_look_at_is_not_said_to_hold(
+    shared: Site, executive: Executive, walked: str, ground: SurfaceArray, gap: SurfaceArray
+) -> None:
+    """Process after process dies over a look; a plan that fails then changes nothing."""
+    told, planner = executive.statuses, shared.processes[0]
+    os.kill(planner.worker("watching"), signal.SIGSTOP)
+    executive.publish(gap)
+    executive.spin_until(lambda: executive.known() == {"here", "there"}, "the surfaces")
+
+    def lost() -> bool:
+        for process in planner.workers("watching"):
+            os.kill(process, signal.SIGKILL)  # a new one takes a second to be up
+        return told[-1].result.code == PlanningResult.WORKER_LOST
+
+    executive.spin_until(lost, "the loss of them")
+    assert told[-1].state == PlannerStatus.FAILED
+    far = Plan.Request(robustness_threshold=10.0)
+    far.start.pose.position.z = far.goal.pose.position.z = 0.6
+    far.goal.pose.position.x = 50.0
+    count = len(told)
+    assert executive.call(far).result.code == PlanningResult.GOAL_UNREACHABLE
+    executive.spin_until(
+        lambda: told[-1].result.code == PlanningResult.GOAL_UNREACHABLE, "the reason"
+    )
+    assert PlannerStatus.VALID not in {status.state for status in told[count:]}
+    assert (told[-1].state, told[-1].sequence_id) == (PlannerStatus.FAILED, walked)
+    executive.publish(ground)
+    executive.spin_until(lambda: told[-1].state == PlannerStatus.VALID, "a look")
+
+
 def test_surfaces_that_stop_while_it_plans(
     shared: Site, executive: Executive, ground: SurfaceArray, request_on_ground: Plan.Request
 ) -> None:

@@ -46,6 +46,7 @@ def walk(states: int, points: int = 1) -> ContactPlan:
     """A plan in which HyQ's left front foot moves at each state, the right front one never."""
     description = load_description("hyq")
     robot = Robot.load(description)
+    effectors = {limb.name: limb.effector for limb in robot.limbs}
     corners = ((0.1, 0.0, 0.0), (0.0, 0.1, 0.0), (-0.1, 0.0, 0.0), (0.0, -0.1, 0.0))[:points]
     joints = tuple(robot.reference[7:].tolist())
     poses = [Pose(position=(0.1 * i, 0.0, 0.6), orientation=UPRIGHT) for i in range(states)]
@@ -53,7 +54,7 @@ def walk(states: int, points: int = 1) -> ContactPlan:
     def contact(limb: str, x: float) -> ContactEntry:
         return ContactEntry(
             limb=limb,
-            frame=robot.limb(limb).effector,
+            frame=effectors[limb],
             type="point" if points == 1 else "planar",
             position=(x, 0.0, 0.0),
             orientation=UPRIGHT,

@@ -79,7 +79,7 @@ def test_node_hears_publishers_of_either_durability(
 def test_surfaces_latched_before_the_node_came_are_known(
     site: Site, request_on_ground: Plan.Request
 ) -> None:
-    site.start("publish_surfaces", "flat").wait_for("obstacles on")
+    site.start("publish_surfaces", "flat").wait_for("surfaces on")
     site.start("planner_node")
     assert site.executive().call_on_surfaces(request_on_ground).result.code == 0
 

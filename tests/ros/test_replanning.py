@@ -320,3 +320,49 @@ def test_two_changes_at_once_are_both_told(walk: Walk) -> None:
     walk.change(*(tile for tile in TILES if tile.id in ahead))
     walk.wait_for(PlannerStatus.VALID, walk.status.revision + 1)
     walk.require_clean()
+
+
+def test_robot_that_goes_on_to_what_does_not_hold(shared: Site, walk: Walk) -> None:
+    """While it is planned anew, in vain: the sequence must not end behind the robot."""
+    ahead = ahead_of(walk)
+    lost = next(i for i, state in enumerate(walk.first.states) if stands_on(state, ahead))
+    worker = shared.processes[0].worker()
+    os.kill(worker, signal.SIGSTOP)
+    try:
+        walk.change(removed=tuple(ahead))
+        walk.wait_for(PlannerStatus.REPLANNING)
+        walk.execute(lost)
+        walk.wait_until_in(lost)
+    finally:
+        os.kill(worker, signal.SIGCONT)
+    walk.wait_for(PlannerStatus.FAILED)
+    assert walk.status.result.code == PlanningResult.START_UNREACHABLE
+    assert f"state {lost}" in walk.status.result.text
+    assert walk.sequence == walk.first
+    walk.change(*(tile for tile in TILES if tile.id in ahead))
+    walk.wait_for(PlannerStatus.VALID)
+
+
+def test_one_plate_behind_a_lost_tile_is_not_forgotten(walk: Walk) -> None:
+    """A tile goes as something comes into the robot's way; when it is back, that still is there."""
+    where = walk.first.states[-1].root.position
+    plate = tile("plate", where.x)
+    for vertex in plate.vertices:
+        vertex.z = where.z
+    disable = Parameter("replanning.automatic", value=False).to_parameter_msg()
+    ask = SetParameters.Request(parameters=[disable])
+    walk.executive.ask(SetParameters, "set_parameters", ask)
+    try:
+        last = walk.first.states[-1].contacts[0].surface_id
+        walk.change(plate, removed=(last,))
+        walk.wait_for(PlannerStatus.INVALIDATED)
+        walk.change(next(tile for tile in TILES if tile.id == last))
+        walk.executive.spin_until(
+            lambda: InvalidState.COLLISION in {s.reason for s in walk.status.invalid_states},
+            "the plate",
+        )
+        assert walk.status.invalid_states[-1].index == len(walk.first.states) - 1
+    finally:
+        enable = Parameter("replanning.automatic", value=True).to_parameter_msg()
+        ask = SetParameters.Request(parameters=[enable])
+        walk.executive.ask(SetParameters, "set_parameters", ask)

@@ -28,6 +28,7 @@ from rosbags.interfaces import (
 from rosbags.rosbag2 import Reader, ReaderError, StoragePlugin, Writer, WriterError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
+from visualization_msgs.msg import MarkerArray
 
 from rbprm_core.errors import InvalidInput
 from rbprm_ros.qos import LATCHED, LATCHED_STREAM, STREAM
@@ -48,8 +49,9 @@ TOPICS: Mapping[str, Topic] = {
     "contact_sequence": Topic(ContactSequence, LATCHED),
     "guide_path": Topic(PathMessage, LATCHED),
     "status": Topic(PlannerStatus, LATCHED),
-    # A planner that comes later needs the snapshot and the changes since.
+    # A planner that comes later needs the snapshot and the changes since: of both.
     "surfaces": Topic(SurfaceArray, LATCHED_STREAM),
+    "surface_markers": Topic(MarkerArray, LATCHED_STREAM),
     "execution_state": Topic(ExecutionState, STREAM),
 }
 """What is recorded, by the name below the planner's."""

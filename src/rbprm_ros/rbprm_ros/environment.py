@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -122,7 +122,7 @@ class Snapshot:
 
 
 @dataclass(frozen=True)
-class _Found:
+class FoundSurfaces:
     """What was found in a mesh, by which rule."""
 
     mesh: MeshUpdate
@@ -137,7 +137,7 @@ class _Known:
 
     surfaces: dict[str, KnownSurface] = field(default_factory=dict)
     obstacles: dict[str, Obstacle] = field(default_factory=dict)
-    meshes: dict[str, _Found] = field(default_factory=dict)
+    meshes: dict[str, FoundSurfaces] = field(default_factory=dict)
 
     def copy(self) -> _Known:
         return _Known(dict(self.surfaces), dict(self.obstacles), dict(self.meshes))
@@ -183,11 +183,22 @@ class Environment:
         if self.version:
             self._snapshot = Snapshot(version=self.version + 1)
 
-    def update(self, update: SurfaceUpdate, limits: Limits) -> Snapshot:
+    def unsearched(self, update: SurfaceUpdate) -> tuple[MeshUpdate, ...]:
+        """The meshes of an update that are not known, or were searched by another rule."""
+        return tuple(
+            mesh
+            for mesh in update.meshes
+            if not _is_of(self._known.meshes.get(mesh.id), mesh, update.classification)
+        )
+
+    def update(
+        self, update: SurfaceUpdate, limits: Limits, found: Iterable[FoundSurfaces] = ()
+    ) -> Snapshot:
         """Take an update in; the version stays where it changes nothing.
 
         Args:
             limits: most that there may be afterwards.
+            found: what was found in meshes of the update; the others are searched now.
 
         Raises:
             InvalidInput: names the field of the message; the environment stays as it was.
@@ -195,7 +206,7 @@ class Environment:
         try:
             _require_ids(update)
             _require_room("surfaces", len(update.entries), limits.max_surfaces)
-            known = _edited(self._known, update)
+            known = _edited(self._known, update, {each.mesh.id: each for each in found})
             triangles = sum(len(obstacle.triangles) for obstacle in known.obstacles.values())
             _require_room("surfaces", len(known.surfaces), limits.max_surfaces)
             _require_room("obstacles", len(known.obstacles), limits.max_obstacles)
@@ -219,17 +230,17 @@ class Environment:
         return self._snapshot
 
 
-def _edited(before: _Known, update: SurfaceUpdate) -> _Known:
+def _edited(before: _Known, update: SurfaceUpdate, found: Mapping[str, FoundSurfaces]) -> _Known:
     known = before.copy() if update.is_diff else _Known()
     _remove(known, update)
     for mesh in update.meshes:
-        _set_mesh(known, before, mesh, update.classification)
+        _set_mesh(known, before, mesh, update.classification, found.get(mesh.id))
     known.surfaces.update(_surfaces(update, before))
     for obstacle in update.obstacles:
         old = before.obstacles.get(obstacle.id)
         same = old is not None and np.array_equal(old.triangles, obstacle.triangles)
         known.obstacles[obstacle.id] = old if old is not None and same else obstacle
-    for identity in known.surfaces.keys() & known.obstacles.keys():
+    for identity in sorted(known.surfaces.keys() & known.obstacles.keys()):
         raise InvalidInput("obstacles", identity, "a surface has this id too: remove one of them")
     _classify(known, update.classification)
     return known
@@ -250,12 +261,25 @@ def _remove(known: _Known, update: SurfaceUpdate) -> None:
             known.remove(identity)
 
 
-def _set_mesh(known: _Known, before: _Known, mesh: MeshUpdate, rule: Classification) -> None:
+def _is_of(found: FoundSurfaces | None, mesh: MeshUpdate, rule: Classification) -> bool:
+    """Whether something was found in a mesh by a rule."""
+    return found is not None and found.rule == rule and found.mesh.same(mesh)
+
+
+def _set_mesh(
+    known: _Known,
+    before: _Known,
+    mesh: MeshUpdate,
+    rule: Classification,
+    found: FoundSurfaces | None,
+) -> None:
     """Set what is found in a mesh; one that is known is not searched again."""
     old = before.meshes.get(mesh.id)
-    same = old is not None and old.rule == rule and old.mesh.same(mesh)
-    found = old if old is not None and same else _found(mesh, rule)
-    if old is not None and not same:
+    if old is not None and _is_of(old, mesh, rule):
+        found = old
+    elif found is None:
+        found = search(mesh, rule)
+    if old is not None and old is not found:
         for part in old.surfaces.keys() - found.surfaces.keys():
             known.surfaces.pop(part, None)
     if found.obstacle is None:
@@ -266,8 +290,8 @@ def _set_mesh(known: _Known, before: _Known, mesh: MeshUpdate, rule: Classificat
     known.meshes[mesh.id] = found
 
 
-def _found(mesh: MeshUpdate, rule: Classification) -> _Found:
-    """Contact surfaces of a mesh, and the rest of it as one obstacle."""
+def search(mesh: MeshUpdate, rule: Classification) -> FoundSurfaces:
+    """Contact surfaces of a mesh, and the rest of it as one obstacle; 0.3 ms a surface."""
     surfaces: dict[str, KnownSurface] = {}
     rest: list[Array] = []
     for facet in surfaces_of_mesh(mesh.triangles, mesh.friction, rule):
@@ -277,7 +301,7 @@ def _found(mesh: MeshUpdate, rule: Classification) -> _Found:
         surface = dataclasses.replace(facet, id=f"{mesh.id}/{facet.id}")
         surfaces[surface.id] = (_entry(surface), surface)
     obstacle = Obstacle(mesh.id, fans(rest)) if rest else None
-    return _Found(mesh, rule, surfaces, obstacle)
+    return FoundSurfaces(mesh, rule, surfaces, obstacle)
 
 
 def _entry(surface: Surface) -> SurfaceEntry:

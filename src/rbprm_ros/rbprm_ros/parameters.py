@@ -25,11 +25,11 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from rbprm_core.errors import InvalidInput
+from rbprm_core.guide.bounds import BoundsRule
 from rbprm_core.request import PlannerOptions
 from rbprm_core.robot import load_description
 from rbprm_core.scene import Classification
-from rbprm_core.validation import MOST_FORCE, Friction
-from rbprm_ros.bounds import BoundsRule
+from rbprm_core.validation import Friction, Robustness
 
 LEAST_STEP = 1e-9  # over a bound that is excluded: ROS ranges are closed
 MOST_FLOAT, MOST_INTEGER = 1e9, 2**31 - 1  # where an option has no upper bound of its own
@@ -78,7 +78,7 @@ class Settings:
     planning_frame: Annotated[str, Field(min_length=1)] = "map"
     robot: str = "hyq"
     time_limit: Annotated[float, Field(gt=0, le=86400)] = 60.0
-    robustness_threshold: Annotated[float, Field(ge=0, le=MOST_FORCE)] = 0.0
+    robustness_threshold: Robustness = 0.0
     max_surfaces: Annotated[int, Field(ge=1)] = 10_000
     max_obstacles: Annotated[int, Field(ge=0)] = 1_000
     max_triangles: Annotated[int, Field(ge=0)] = 100_000

@@ -9,8 +9,9 @@ from std_msgs.msg import Header
 
 from rbprm_core.environment import polygon_surfaces
 from rbprm_core.scenario import EditText, Scenario
+from rbprm_core.scene import Surface
+from rbprm_core.scene.polygon import LEAST_AREA
 from rbprm_ros.conversions import surfaces_message
-from rbprm_ros.publish_surfaces import scenario_environment
 from rbprm_ros.qos import STREAM
 
 
@@ -37,8 +38,8 @@ class Perception:
 
     def see_all(self) -> set[str]:
         """Publish the whole environment, without edits; returns the ids of its surfaces."""
-        surfaces, obstacles = scenario_environment(self._scenario)
-        self._publisher.publish(surfaces_message(surfaces, self._header(), obstacles))
+        surfaces = scenario_surfaces(self._scenario)
+        self._publisher.publish(surfaces_message(surfaces, self._header()))
         return {surface.id for surface in surfaces}
 
     def see_edit(self, edit: EditText) -> None:
@@ -56,3 +57,12 @@ class Perception:
 
     def _header(self) -> Header:
         return Header(stamp=self._node.get_clock().now().to_msg(), frame_id=self._frame)
+
+
+def scenario_surfaces(scenario: Scenario) -> tuple[Surface, ...]:
+    """Surfaces of a scenario's environment, slivers that are no polygon left out.
+
+    Raises:
+        InvalidInput: an environment that cannot be read.
+    """
+    return tuple(s for s in scenario.scene().surfaces if s.polygon.area > LEAST_AREA)

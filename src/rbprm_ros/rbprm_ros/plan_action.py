@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from concurrent.futures import Future as WorkFuture
 from dataclasses import replace
 
@@ -32,7 +32,7 @@ class PlanAction:
         self,
         node: Node,
         planning: Callable[[], Planning],
-        job: Callable[[PlanContacts.Goal], Job],
+        job: Callable[[PlanContacts.Goal], Awaitable[Job]],
         outbox: Outbox,
     ) -> None:
         self._planning, self._job, self._outbox = planning, job, outbox
@@ -84,7 +84,8 @@ class PlanAction:
                 self._current = None
 
     async def _planned(self, goal: _Goal) -> PlanContacts.Result:
-        planning, job = self._planning(), replace(self._job(goal.handle.request), shown=True)
+        planning = self._planning()
+        job = replace(await self._job(goal.handle.request), shown=True)
 
         def report(reported: Reported) -> None:  # in the worker's thread
             progress = reported.progress

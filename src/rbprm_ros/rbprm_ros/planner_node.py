@@ -39,6 +39,7 @@ from rbprm_ros.conversions import (
 )
 from rbprm_ros.environment import Environment, SurfaceUpdate
 from rbprm_ros.failure import NodeCode, NodeError
+from rbprm_ros.intake import Intake
 from rbprm_ros.jobs import Job, RobotChoice
 from rbprm_ros.outbox import Outbox
 from rbprm_ros.parameters import Parameters, Settings
@@ -71,13 +72,16 @@ class PlannerNode(LifecycleNode):
         super().__init__("rbprm_planner")
         self._declared = Parameters(self)
         self._environment = Environment()
+        self._intake = Intake(self._environment, self._settings, self._spinning, self._on_change)
         self._planning: Planning | None = None
         self._active = False
         self._calls = 0
         self._outbox = Outbox(self, self._settings)
-        self._action = PlanAction(self, self._required, self._job, self._outbox)
-        EveryPublisher(self, SurfaceArray, "~/surfaces", self._on_surfaces)
-        EveryPublisher(self, MarkerArray, "~/surface_markers", self._on_markers)
+        self._action = PlanAction(self, self._required, self._job_of_goal, self._outbox)
+        self._inputs = (
+            EveryPublisher(self, SurfaceArray, "~/surfaces", self._on_surfaces),
+            EveryPublisher(self, MarkerArray, "~/surface_markers", self._on_markers),
+        )
         self.create_subscription(ExecutionState, "~/execution_state", self._on_execution, CALLS)
         self._dirty = True  # something to see has changed
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -153,7 +157,7 @@ class PlannerNode(LifecycleNode):
         if self._planning is not None:
             self._planning.close()
             self._planning = None
-        self._environment.clear()
+        self._intake.clear()
         self._dirty = True
         self._outbox.nothing()
         self._outbox.status(Standing(), None)
@@ -187,6 +191,16 @@ class PlannerNode(LifecycleNode):
             raise NodeError(NodeCode.NOT_ACTIVE, text)
         return self._planning
 
+    async def _take_all(self) -> None:
+        """Take in what was published before the call that is to be served."""
+        for topic in self._inputs:
+            topic.hand_on_all()
+        await self._intake.settled()
+
+    async def _job_of_goal(self, message: PlanContacts.Goal) -> Job:
+        await self._take_all()
+        return self._job(message)
+
     def _job(self, message: Plan.Request | PlanContacts.Goal) -> Job:
         return job_of_message(message, self._settings(), self._environment)
 
@@ -215,6 +229,7 @@ class PlannerNode(LifecycleNode):
         async def answer(message: Any, response: Any) -> Any:
             self._calls += 1
             try:
+                await self._take_all()
                 await serve(message, response)
             except Exception as error:
                 refusal = self._outbox.refusal(error)
@@ -241,20 +256,27 @@ class PlannerNode(LifecycleNode):
     def _take(self, read: Callable[[Settings], SurfaceUpdate], what: str) -> None:
         """Take an update of the environment in; one with an error changes nothing."""
         refused = self._environment.rejection
-        try:
-            self._update(read(self._settings()))
-        except InvalidInput as error:
+
+        def refuse(error: Exception | None) -> None:
+            if not isinstance(error, InvalidInput):
+                return
             self._environment.rejection = str(error)
             if str(error) != refused:  # once, not 30 times a second
                 self.get_logger().error(f"{what} refused, the old ones stay: {error}")
 
-    def _update(self, update: SurfaceUpdate) -> None:
-        before = self._environment.version
-        self._environment.update(update, self._settings())
+        try:
+            update = read(self._settings())
+        except InvalidInput as error:
+            refuse(error)
+        else:
+            self._intake.take(update).add_done_callback(lambda done: refuse(done.exception()))
+
+    def _on_change(self) -> None:
+        """The environment is another one."""
         self._dirty = True
-        version = self._environment.version
-        self.get_logger().debug(f"surfaces {version}: {len(self._environment.snapshot.surfaces)}")
-        if version != before and self._active and self._planning is not None:
+        version, count = self._environment.version, len(self._environment.snapshot.surfaces)
+        self.get_logger().debug(f"surfaces {version}: {count}")
+        if self._active and self._planning is not None:
             self._planning.surfaces_changed()
 
     def _on_execution(self, message: ExecutionState) -> None:
@@ -270,7 +292,8 @@ class PlannerNode(LifecycleNode):
     async def _on_replan(self, message: Replan.Request, response: Replan.Response) -> None:
         planning = self._required()
         base = self._base(planning, message.sequence_id)
-        last = await planning.last_good(base) if message.from_state == -1 else 0
+        ask = message.from_state == -1 and not message.measured_state
+        last = await planning.last_good(base) if ask else 0
         settings, environment = self._settings(), self._environment
         job = replan_job_of_message(message, base, last, settings, environment)
         if not job.measured and len(job.kept) <= planning.standing.executed:
@@ -324,7 +347,7 @@ class PlannerNode(LifecycleNode):
     ) -> None:
         update = update_of_setting(message, self._settings())
         try:
-            self._update(update)
+            await self._intake.take(update)
         except InvalidInput as error:
             field = "mesh" if message.mesh else f"environment.{error.field}"
             raise InvalidInput(field, error.value, error.reason) from error

@@ -12,16 +12,25 @@ import uuid
 from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError
 from concurrent.futures import Future as WorkFuture
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 from rclpy.executors import Executor
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from rbprm_core.errors import Cancelled, ErrorCode, RbprmError
+from rbprm_core.guide.bounds import derived_bounds
 from rbprm_core.plan import ContactPlan, StateEntry
-from rbprm_core.replanning import InvalidState, Keep, Replan, Situation, Stuck, decide
+from rbprm_core.replanning import (
+    InvalidState,
+    Keep,
+    Replan,
+    Situation,
+    Stuck,
+    decide,
+    root_placement,
+)
 from rbprm_ros.awaiting import outcome_of
-from rbprm_ros.bounds import derived_bounds
 from rbprm_ros.environment import Environment, Snapshot
 from rbprm_ros.failure import SUCCEEDED, Failure, NodeCode, NodeError, failure_of
 from rbprm_ros.jobs import Job, Result, RobotChoice, Validation
@@ -29,7 +38,16 @@ from rbprm_ros.parameters import Settings
 from rbprm_ros.published import Activity, Published, Standing
 from rbprm_ros.worker import PlanningWorker, Report
 
+CLOSED = "waiting"  # where the node stopped before a plan was asked for, or before it was out
 Submitted = Callable[[WorkFuture[Result]], None]
+
+
+@dataclass(frozen=True)
+class _Verdict:
+    """What was found of the published sequence last, and why it cannot be mended if so."""
+
+    activity: Activity
+    failure: Failure
 
 
 def ignore(_: object) -> None:
@@ -70,6 +88,7 @@ class Planning:
         self._halted = True
         self._replanning: WorkFuture[Result] | None = None
         self._restarts = 0
+        self._verdict: _Verdict | None = None  # None until the published sequence was looked at
         self._lost = False  # whether the newest look has to be taken again in a new process
 
     def prepare(self, log: RcutilsLogger) -> None:
@@ -117,7 +136,7 @@ class Planning:
         plan = await self._planned(job, ignore, submitted)
         text = self._outdated(job, base, plan)
         if text:
-            self._stand(activity=self._resting(self.standing.invalid))
+            self._rest()
             raise NodeError(NodeCode.OUTDATED, text)
         return self._publish_revision(job, base, plan)
 
@@ -165,10 +184,12 @@ class Planning:
         begun = () if self._replanning is None else (self._replanning,)
         for work in (*self._works, *begun):
             self.planner.cancel(work)
+        self._rest()
 
     def resume(self) -> None:
         """Keep the published sequence valid from now on."""
         self._halted = False
+        self._rest()
         self.surfaces_changed()  # they may have, while nobody looked
 
     def executed(self, sequence_id: str, revision: int, state: int) -> None:
@@ -210,6 +231,8 @@ class Planning:
 
     async def _planned(self, job: Job, report: Report, submitted: Submitted) -> ContactPlan:
         """A plan that a caller waits for."""
+        if self._halted:  # since the call came
+            raise Cancelled(CLOSED)
         if self._replanning is not None:  # who asks does not wait for what was begun here
             self._stale = True
             self.planner.cancel(self._replanning)
@@ -219,33 +242,33 @@ class Planning:
         self._stand(activity=Activity.PLANNING, failure=SUCCEEDED)
         try:
             plan = await outcome_of(work, self._executor())
+            if self._halted:  # it came as the node was stopped, and nothing is published any more
+                raise Cancelled(CLOSED)
         except CancelledError as error:  # before it began
             self._works.discard(work)
-            self._stand(activity=self._resting(self.standing.invalid))
-            raise Cancelled("waiting") from error
-        except RbprmError as error:
+            self._rest()
+            raise Cancelled(CLOSED) from error
+        except Exception as error:
             self._works.discard(work)
             self._told_failure(failure_of(error))
             raise
-        finally:
-            self._works.discard(work)
+        self._works.discard(work)
         assert isinstance(plan, ContactPlan)
         return plan
 
     def _told_failure(self, failure: Failure) -> None:
         """Tell that a caller's plan failed; what is published stands as it did."""
-        cancelled = failure.code == ErrorCode.CANCELLED  # by a newer goal, mostly
-        if self._works or cancelled:
-            self._stand(activity=self._resting(self.standing.invalid))
+        if self._works or self._halted or failure.code == ErrorCode.CANCELLED:  # by a newer goal
+            self._rest()
         elif self.published is None:
             self._stand(activity=Activity.FAILED, failure=failure)
         else:
-            self._stand(activity=self._resting(self.standing.invalid), failure=failure)
+            self._rest(failure)
 
     def _publish(self, published: Published, executed: int) -> None:
         if self._replanning is not None:  # of a revision that nobody needs any more
             self.planner.cancel(self._replanning)
-        self.published = published
+        self.published, self._verdict = published, None
         self._on_published(published)
         snapshot = published.job.snapshot
         assert snapshot is not None
@@ -253,7 +276,7 @@ class Planning:
         if self._stale or snapshot.version != self._environment.version:
             self.surfaces_changed()  # nobody says that it holds before it was held against them
         else:
-            self._stand(activity=self._resting(()))
+            self._judge(Activity.VALID)
             # So that it knows the states, and that they were free, when a change comes.
             self.watcher.submit(self._validation_of(published, 0), ignore)
 
@@ -272,6 +295,9 @@ class Planning:
             while self._stale:
                 self._stale = False
                 await self._look()
+        except Exception as error:
+            self._judge(Activity.FAILED, failure_of(error))
+            raise
         finally:
             self._watching = False
 
@@ -289,7 +315,7 @@ class Planning:
             if self._lost:  # once more: what kills one process may kill them all
                 self._stale = True
             elif self.published is base:
-                self._stand(activity=Activity.FAILED, failure=failure)
+                self._judge(Activity.FAILED, failure)
             return
         self._lost = False
         if self.published is not base:
@@ -302,31 +328,37 @@ class Planning:
         decision = decide(situation)
         if isinstance(decision, Keep):
             self._restarts = 0
-            resting = self._resting(())
-            self._stand(activity=resting, invalid=(), failure=SUCCEEDED, **_seen(snapshot))
+            self._judge(Activity.VALID, invalid=(), **_seen(snapshot))
             return
         if invalid:  # otherwise the rest is missing, and the way to it may be open again
-            self._stand(activity=Activity.INVALIDATED, invalid=invalid, **_seen(snapshot))
+            self._judge(Activity.INVALIDATED, invalid=invalid, **_seen(snapshot))
         if isinstance(decision, Stuck):
             failure = Failure(ErrorCode.START_UNREACHABLE, decision.reason)
-            self._stand(activity=Activity.FAILED, failure=failure)
+            self._judge(Activity.FAILED, failure)
         elif self._settings().replanning.automatic and not self._halted:
             await self._mend(base, decision)
 
     async def _mend(self, base: Published, decision: Replan) -> None:
         """Plan anew from the first state from which it works; publish what holds if none does."""
         job = self._resumed(base, decision.candidates)
-        self._stand(activity=Activity.REPLANNING)
         self._replanning = self.planner.submit(job, ignore)
+        self._stand(activity=Activity.REPLANNING)
         try:
             plan = await outcome_of(self._replanning, self._executor())
         except (CancelledError, RbprmError) as error:
+            failed: CancelledError | RbprmError | None = error
+        else:
+            failed = None
+        finally:
             self._replanning = None
-            self._not_mended(base, job, error)
+        if failed is not None:
+            self._not_mended(base, job, failed)
             return
-        self._replanning, self._restarts = None, 0
+        self._restarts = 0
         assert isinstance(plan, ContactPlan)
-        if self._outdated(job, base, plan):  # over already, or of another sequence
+        if self._halted:
+            self._rest()
+        elif self._outdated(job, base, plan):  # over already, or of another sequence
             self._stale = True
         else:
             self._publish_revision(job, base, plan)
@@ -334,9 +366,11 @@ class Planning:
     def _not_mended(self, base: Published, job: Job, error: CancelledError | RbprmError) -> None:
         """Publish what holds, unless there is a reason to look again."""
         if self._halted:
-            self._stand(activity=self._resting(self.standing.invalid))
+            self._rest()
         elif self._stale or self.published is not base:
             self._stale = True  # the surfaces changed again, or another plan came
+        elif len(job.kept) <= self.standing.executed:
+            self._stale = True  # the robot went on to what does not hold: the next look says so
         else:
             self._restarts = 0
             self._cut(base, len(job.kept), failure_of(error))
@@ -351,17 +385,18 @@ class Planning:
             )  # fmt: skip
             self.published = base
             self._on_published(base)
-        self._stand(activity=Activity.FAILED, invalid=(), failure=failure)
+        self._judge(Activity.FAILED, failure, invalid=())
 
     def _resumed(self, base: Published, candidates: tuple[int, ...]) -> Job:
         """The work that goes on from one of some states to the sequence's own goal."""
         snapshot, job, options = self._environment.snapshot, base.job, self._settings().replanning
         request = job.request
-        if job.bounds_derived:
-            rule = self._settings().bounds
-            bounds = derived_bounds(request.start, request.goal, snapshot.surfaces, rule)
-            request = dataclasses.replace(request, bounds=bounds)
         kept = base.plan.states[: max(candidates) + 1]
+        if job.bounds_derived:
+            rule, roots = self._settings().bounds, [root_placement(kept[k]) for k in candidates]
+            places = [request.start, request.goal, *roots]  # where surfaces are gone, too
+            bounds = derived_bounds(places, snapshot.surfaces, rule)
+            request = dataclasses.replace(request, bounds=bounds)
         return Job(
             uuid.uuid4().hex, job.robot, request, options.time_limit, snapshot, kept, candidates,
             bounds_derived=job.bounds_derived,
@@ -379,15 +414,30 @@ class Planning:
             self._environment.snapshot,
         )  # fmt: skip
 
-    def _resting(self, invalid: tuple[InvalidState, ...]) -> Activity:
-        """What is so while no caller's plan is the news; given the states that do not hold."""
+    def _judge(self, activity: Activity, failure: Failure = SUCCEEDED, **changes: Any) -> None:
+        """Take note of what was found of the published sequence, and tell it."""
+        self._verdict = _Verdict(activity, failure)
+        if self._halted or activity is Activity.VALID:  # no news beside a plan under way
+            activity = self._resting()
+        self._stand(activity=activity, failure=failure, **changes)
+
+    def _rest(self, failure: Failure | None = None) -> None:
+        """Tell what is so beside the news, which may be a failure."""
+        if failure is None:
+            failure = SUCCEEDED if self._verdict is None else self._verdict.failure
+        self._stand(activity=self._resting(), failure=failure)
+
+    def _resting(self) -> Activity:
+        """What the planner does; or, where it does nothing, what is known of the sequence."""
+        if self._halted:
+            return Activity.IDLE
         if self._works:
             return Activity.PLANNING
         if self.published is None:
             return Activity.IDLE
-        if invalid:
-            return Activity.INVALIDATED if self._replanning is None else Activity.REPLANNING
-        return Activity.VALID if self.published.complete else Activity.FAILED
+        if self._replanning is not None:
+            return Activity.REPLANNING
+        return self.standing.activity if self._verdict is None else self._verdict.activity
 
     def _stand(self, **changes: object) -> None:
         self.standing = replace(self.standing, **changes)  # type: ignore[arg-type]
@@ -396,7 +446,7 @@ class Planning:
             self._on_standing()
 
 
-def _seen(snapshot: Snapshot) -> dict[str, int]:
+def _seen(snapshot: Snapshot) -> dict[str, Any]:
     """Of the standing: the surfaces that the sequence was held against."""
     return {"environment_version": snapshot.version, "surfaces_stamp": snapshot.stamp}
 

@@ -22,7 +22,7 @@ from rbprm_core.plan import (
     StateEntry,
     Statistics,
 )
-from rbprm_core.validation import MOST_FRICTION, finite_array, finite_number
+from rbprm_core.validation import MOST_FORCE, MOST_FRICTION, finite_array, finite_number
 from rbprm_ros.conversions.geometry import (
     placement_of_message,
     pose_message,
@@ -147,7 +147,8 @@ def read_sequence(message: ContactSequence, most_states: int) -> ContactPlan:
     )
     for field in ("start", "goal"):
         placement_of_message(getattr(message, field), f"sequence.{field}")
-    finite_number("sequence.robustness_threshold", message.robustness_threshold, low=0.0)
+    field, threshold = "sequence.robustness_threshold", message.robustness_threshold
+    finite_number(field, threshold, low=0.0, high=MOST_FORCE)
     finite_array("sequence.gravity", triple(message.gravity), (3,))
     bare = ContactSequence(
         robot=message.robot, urdf=message.urdf, srdf=message.srdf, joint_names=message.joint_names,

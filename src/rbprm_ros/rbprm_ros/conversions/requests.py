@@ -14,13 +14,14 @@ from rbprm_msgs.srv import Plan, Replan
 from std_msgs.msg import Header
 
 from rbprm_core.errors import InvalidInput
+from rbprm_core.guide.bounds import derived_bounds
 from rbprm_core.guide.space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan import StateEntry
+from rbprm_core.replanning import root_placement
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot import known_robots, load_description
 from rbprm_core.validation import MOST_FORCE, coordinates, finite_number, one_of
-from rbprm_ros.bounds import derived_bounds
 from rbprm_ros.conversions.geometry import (
     placement_of_message,
     pose_message,
@@ -60,7 +61,7 @@ def job_of_message(
     request = PlanRequest(
         start=start,
         goal=goal,
-        bounds=bounds or derived_bounds(start, goal, snapshot.surfaces, settings.bounds),
+        bounds=bounds or derived_bounds([start, goal], snapshot.surfaces, settings.bounds),
         required_limbs=_limbs("required_limbs", message.required_limbs, limbs),
         start_limbs=_limbs("start_limbs", message.start_limbs, limbs),
         robustness_threshold=threshold or settings.robustness_threshold,
@@ -102,7 +103,8 @@ def replan_job_of_message(
     goal = _placement(message.goal[0], settings, "goal.0") if message.goal else request.goal
     bounds = request.bounds
     if base.job.bounds_derived:
-        bounds = derived_bounds(request.start, goal, snapshot.surfaces, settings.bounds)
+        places = [request.start, goal, root_placement(kept[-1])]
+        bounds = derived_bounds(places, snapshot.surfaces, settings.bounds)
     if message.goal or message.goal_limbs:
         request = replace(request, goal_limbs=_goal_limbs(message.goal_limbs, limbs))
     request = replace(

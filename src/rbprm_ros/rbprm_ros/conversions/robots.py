@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-import pinocchio as pin
 from rbprm_msgs.msg import RobotInfo
 
 from rbprm_core.robot import Robot, known_robots, load_description
@@ -38,8 +37,4 @@ def _message(name: str) -> RobotInfo:
 
 @lru_cache(maxsize=64)
 def _height(name: str) -> float:
-    robot = Robot.load(load_description(name))
-    data = robot.model.createData()
-    pin.framesForwardKinematics(robot.model, data, robot.reference)
-    contacts = ((data.oMf[limb.frame].act(limb.contact), limb.radius) for limb in robot.limbs)
-    return float(max(radius - contact.translation[2] for contact, radius in contacts))
+    return Robot.load(load_description(name)).reference_height

@@ -50,15 +50,9 @@ def update_of_message(message: SurfaceArray, settings: Settings) -> SurfaceUpdat
     )
 
 
-def surfaces_message(
-    surfaces: Iterable[Surface], header: Header, obstacles: Iterable[Obstacle] = ()
-) -> SurfaceArray:
-    """A snapshot of surfaces and obstacles."""
-    return SurfaceArray(
-        header=header,
-        surfaces=[_message(surface) for surface in surfaces],
-        obstacles=[_obstacle_message(obstacle) for obstacle in obstacles],
-    )
+def surfaces_message(surfaces: Iterable[Surface], header: Header) -> SurfaceArray:
+    """A snapshot of surfaces."""
+    return SurfaceArray(header=header, surfaces=[_message(surface) for surface in surfaces])
 
 
 def environment_message(snapshot: Snapshot, header: Header) -> SurfaceArray:
