@@ -138,7 +138,7 @@ def test_a_shape_is_of_triangles_that_are_near_to_each_other() -> None:
     order = np.random.default_rng(0).permutation(len(places))
     shapes = Scene([], places[order][:, None] + corner).shapes
     sizes = [np.ptp(np.asarray(shape.vertices()), axis=0).max() for shape in shapes]
-    assert len(shapes) == 32
+    assert len(shapes) == MOST_SHAPES
     assert max(sizes) < 4  # of 16
 
 
