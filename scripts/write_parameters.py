@@ -28,7 +28,7 @@ def text_of(robot: str) -> str:
         "#",
         f"#     ros2 run rbprm_ros planner_node --ros-args --params-file {robot}.yaml",
         "",
-        "/rbprm_planner:",
+        "/**:  # whatever namespace and name the node has",
         "  ros__parameters:",
     ]
     for option in parameter_options():
