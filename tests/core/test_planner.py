@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rbprm_core.budget import Budget, Progress
 from rbprm_core.check import check_plan
+from rbprm_core.contacts import ContactGenerator, State, start_state
 from rbprm_core.environment import load_scene
 from rbprm_core.errors import (
     Cancelled,
@@ -26,7 +27,7 @@ from rbprm_core.errors import (
     StartUnreachable,
     TimeLimitReached,
 )
-from rbprm_core.guide import GuideOptions, RootBounds, RrtOptions
+from rbprm_core.guide import GuideOptions, GuidePath, Reachability, RootBounds, RrtOptions
 from rbprm_core.placement import Placement
 from rbprm_core.plan import ContactPlan, EnvironmentEntry, MeshEntry, SurfaceEntry
 from rbprm_core.planner import Outcome, plan
@@ -42,7 +43,6 @@ Outcomes = dict[int, tuple[PlanRequest, Outcome]]
 SQUARE = ((-5.0, -5.0, 0.0), (5.0, -5.0, 0.0), (5.0, 5.0, 0.0), (-5.0, 5.0, 0.0))
 GROUND = EnvironmentEntry(name="ground", surfaces=(SurfaceEntry(id="ground", vertices=SQUARE),))
 LEGS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
-ENDLESS = GuideOptions(rrt=RrtOptions(iterations=10**9))
 FEW = PlannerOptions(guide=GuideOptions(rrt=RrtOptions(iterations=40)), guides=2)
 
 PROGRAM = """
@@ -339,23 +339,111 @@ def test_no_sequence_where_only_the_left_feet_find_ground(hyq_data: RobotData) -
 
 
 def test_one_time_limit_holds_for_all_guides(hyq_data: RobotData) -> None:
-    """As above with guides without end; the best of them is told."""
+    """As above: guides are tried until the limit, and the best of them is told."""
     ring = [[0.5, 0.3, 0], [4.5, 0.3, 0], [4.5, 0.5, 0], [0.5, 0.5, 0]]
     bridge = make_surface("bridge", ring, 0.5)
     scene = Scene([island("a", -2, 1.5), island("b", 3.5, 6), bridge])
     low, high = np.array([-1.0, -0.1, 0.3]), np.array([5.0, 0.1, 1])
+    guide = GuideOptions(rrt=RrtOptions(iterations=40))
     request = walk_to(
         4.5,
-        options=replace(FEW, guide=ENDLESS, guides=10**6),
+        options=PlannerOptions(guide=guide),
         required_limbs=(LEGS[0], LEGS[2]),
         bounds=RootBounds(low, high, np.ones(3)),
     )
-    budget = Budget(3.0)
+    budget = Budget(1.5)
     with pytest.raises(TimeLimitReached) as caught:
         plan(request, hyq_data, scene, budget)
     assert caught.value.statistics.counts["guides"] >= 1
     assert caught.value.best is not None
-    assert 3.0 < budget.elapsed < 5.0  # on a busy machine
+    assert caught.value.states == caught.value.best.states
+    assert caught.value.fraction > 0
+    assert 1.5 < budget.elapsed < 3.5  # on a busy machine
+
+
+def attempts(
+    monkeypatch: pytest.MonkeyPatch, found: Callable[[int], bool]
+) -> tuple[list[int], list[str]]:
+    """Attempts that all fail, with a guide where `found` says so; and what was tried, by name."""
+    tried: list[int] = []
+    ends: list[str] = []
+
+    def guide(self: object, direct: bool) -> GuidePath:
+        tried.append(len(tried))
+        assert direct == (tried == [0])
+        if not found(tried[-1]):
+            raise NoGuideFound("too few samples")
+        return GuidePath(np.array([[0, 0, 0.6, 0, 0, 0, 1], [1, 0, 0.6, 0, 0, 0, 1.0]]))
+
+    def stop(*_: object) -> NoReturn:
+        raise ended(NoSequenceFound(1, "", "no way", 0.5), 0.5, 2)
+
+    def end(
+        generator: ContactGenerator,
+        root: Array,
+        limbs: list[int],
+        which: str = "start",
+        budget: Budget | None = None,
+    ) -> State:
+        ends.append(which)
+        return start_state(generator, root, limbs, which, budget)
+
+    monkeypatch.setattr("rbprm_core.planner._Planning._guide", guide)
+    monkeypatch.setattr("rbprm_core.planner.plan_sequence", stop)
+    monkeypatch.setattr("rbprm_core.planner.start_state", end)
+    return tried, ends
+
+
+def test_guides_not_found_after_one_that_was_are_attempts_like_others(
+    hyq_data: RobotData, flat_scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried, _ = attempts(monkeypatch, lambda attempt: attempt % 3 == 0)
+    request = walk_to(1.0, options=PlannerOptions(guides=50))
+    with pytest.raises(NoSequenceFound):
+        plan(request, hyq_data, flat_scene, Budget(60.0))
+    assert len(tried) == 50
+
+
+def test_no_guide_at_all_is_told_at_once(
+    hyq_data: RobotData, flat_scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried, _ = attempts(monkeypatch, lambda attempt: False)
+    with pytest.raises(NoGuideFound):
+        plan(walk_to(1.0), hyq_data, flat_scene, Budget(60.0))
+    assert len(tried) == 1
+
+
+@pytest.mark.parametrize(("guides", "before"), [(3, 3), (20, 20), (30, 20)])
+def test_the_goal_is_tried_once_after_some_attempts(
+    hyq_data: RobotData,
+    flat_scene: Scene,
+    monkeypatch: pytest.MonkeyPatch,
+    guides: int,
+    before: int,
+) -> None:
+    options = PlannerOptions(guides=guides)
+    tried, ends = attempts(monkeypatch, lambda attempt: True)
+    with pytest.raises(NoSequenceFound):  # it admits what is asked of it
+        plan(walk_to(1.0, options=options, goal_limbs=LEGS), hyq_data, flat_scene, Budget(60.0))
+    assert ends == ["start", "goal"]
+    tried.clear()
+    edge = Scene([island("ground", -2, 1)])
+    request = walk_to(1.2, options=options, required_limbs=LEGS[2:], goal_limbs=LEGS)
+    with pytest.raises(GoalUnreachable) as caught:
+        plan(request, hyq_data, edge, Budget(60.0))
+    assert len(tried) == before
+    assert len(caught.value.states) == 2
+
+
+def test_roots_avoided_are_forgotten_where_they_close_the_way(hyq_data: RobotData) -> None:
+    scene = Scene([island("ground", -2, 4)])
+    reachability = Reachability(hyq_data, scene, LEGS)
+    start, stopped, goal = (walk_to(x).goal for x in (0.0, 1.0, 2.0))
+    roots = [np.array([*at.position, *at.orientation]) for at in (start, stopped, goal)]
+    reachability.avoid(roots[1], keep=(roots[0], roots[2]))
+    assert not reachability.holds(roots[1])
+    reachability.forget()
+    assert reachability.holds(roots[1])
 
 
 def test_a_goal_on_two_legs_is_not_reachable(hyq_data: RobotData) -> None:

@@ -52,6 +52,9 @@ from rbprm_core.validation import MOST_FORCE, MOST_GRAVITY, finite_array, finite
 Array = NDArray[np.float64]
 
 LEAST_GRIP = 1e-3  # newtons
+TRIED_BEFORE_GOAL = 20
+"""Failed guides after which the goal's contacts are tried: a plan is mostly there sooner, and then
+their time is saved; a goal that admits none must not cost the whole time limit."""
 VERSIONED = ("rbprm_core", "pin", "coal", "daqp", "numpy")
 
 
@@ -95,8 +98,9 @@ def plan(
         InvalidInput: start or goal outside the request's own bounds.
         StartUnreachable, GoalUnreachable: no contact configuration there, and why; of `first`, that
             a contact has lost its surface, or that it collides or does not stand.
-        NoGuideFound, NoSequenceFound: of the attempt that came farthest.
-        TimeLimitReached, Cancelled: from the budget.
+        NoGuideFound: where none was found at all.
+        NoSequenceFound: of the attempt that came farthest, once `options.guides` were tried.
+        TimeLimitReached, Cancelled: from the budget; guides are tried until then.
 
         Each carries the statistics up to where it ended, and the states of the attempt that came
         farthest: that followed the largest share of its guide; of equals, the earliest.
@@ -214,9 +218,10 @@ class _Planning:
 
     def _first_success(self, first: State) -> Outcome:
         """The first guide that a sequence follows, and the sequence; raises where none does."""
-        for attempt in range(self._request.options.guides):
+        most = self._request.options.guides
+        for attempt in range(1, most + 1):
             try:
-                guide = self._guide(direct=attempt == 0)
+                guide = self._guide(direct=attempt == 1)
                 states = self._sequence(guide, first)
             except NoSequenceFound as error:
                 if self._best is None or error.fraction > self._best.fraction:
@@ -225,15 +230,21 @@ class _Planning:
             except NoGuideFound:
                 if self._best is None:
                     raise
-                break  # what failed on the guides before is the more useful thing to say
+                self._reachability.forget()  # the roots avoided may have closed the only way
             else:
                 return Outcome(guide, tuple(states), self.statistics(len(states)))
-        # No guide led there: a goal that does not admit what is asked of it is the more useful
-        # thing to say. Where no limbs are asked for, any may do, and no single try tells.
-        if self._goal_limbs:
-            start_state(self._generator, self._goal, self._goal_limbs, "goal", self._budget)
+            if attempt == min(TRIED_BEFORE_GOAL, most):
+                self._try_goal()
         assert self._best is not None  # at least one guide is tried
         raise self._best
+
+    def _try_goal(self) -> None:
+        """Raises where the goal does not admit the limbs asked for: no guide leads there then.
+
+        Where no limbs are asked for, any may do, and no single try tells.
+        """
+        if self._goal_limbs:
+            start_state(self._generator, self._goal, self._goal_limbs, "goal", self._budget)
 
     def _first_state(self) -> State:
         """The start state; raises where start or goal admit none."""

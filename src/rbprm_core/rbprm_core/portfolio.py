@@ -46,6 +46,7 @@ class Task:
     """What a process is to plan; the robot's data it finds in the cache.
 
     Attributes:
+        stride: from a seed that fails before the time is over to the next one.
         search_path: Python's, so that plug-ins found here are found there.
     """
 
@@ -53,12 +54,15 @@ class Task:
     request: PlanRequest
     scene: Scene
     time_limit: float
+    stride: int
     search_path: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Started:
-    """A process has loaded everything, and its time runs."""
+    """A process has loaded everything and plans with a seed; its time runs since the first."""
+
+    seed: int
 
 
 Answer = Started | Progress | Outcome | RbprmError
@@ -85,9 +89,12 @@ def plan_portfolio(
 ) -> tuple[PlanRequest, Outcome]:
     """Plan with the request's seed and those after it at once; the first success wins.
 
+    Where a seed finds no guide or no sequence before the time is over, its process goes on with
+    another one.
+
     Args:
         time_limit: seconds that each process may plan, once it has loaded what it needs.
-        jobs: number of processes, and of seeds.
+        jobs: number of processes, and of seeds at once.
         report: told a seed and where its process stands, a few times a second.
         cancelled: asked a few times a second; True ends it.
 
@@ -108,7 +115,7 @@ def plan_portfolio(
         processes = []
         for seed in range(request.seed, request.seed + jobs):
             own = replace(request, seed=seed)
-            processes.append(_Process(Task(description, own, scene, limit, path)))
+            processes.append(_Process(Task(description, own, scene, limit, jobs, path)))
             stack.callback(processes[-1].end)
         for process in processes:  # only now: a process listens when it has imported everything
             process.begin()
@@ -127,16 +134,16 @@ def _first(
         for process in list(processes):  # by seed: of two that end at once the lower one wins
             answer = process.answer() if process.pipe in ready else process.overdue()
             if isinstance(answer, Progress):
-                report(process.task.request.seed, answer)
+                report(process.request.seed, answer)
             elif isinstance(answer, Outcome):
-                return process.task.request, answer
+                return process.request, answer
             elif isinstance(answer, RbprmError):
                 failures.append(answer)
                 processes.remove(process)
-    raise max(failures, key=_progress)
+    raise max(failures, key=how_far)
 
 
-def _progress(error: RbprmError) -> tuple[float, int]:
+def how_far(error: RbprmError) -> tuple[float, int]:
     """How far a failed attempt came: share of a guide followed, then by the stage it ended in."""
     if error.states:
         return error.fraction, error.code
@@ -156,7 +163,7 @@ class _Process:
     """A running process, and the pipe to it."""
 
     def __init__(self, task: Task) -> None:
-        self.task = task
+        self.task, self.request = task, task.request
         self._stage, self._deadline = "robot data", float("inf")
         ours, theirs = socket.socketpair()
         with theirs:
@@ -175,9 +182,10 @@ class _Process:
         try:
             said: Answer = self.pipe.recv()
         except (EOFError, OSError):
-            return ProcessDied(self.task.request.seed, self._popen.wait())
+            return ProcessDied(self.request.seed, self._popen.wait())
         if isinstance(said, Started):
-            self._deadline = time.monotonic() + self.task.time_limit + GRACE
+            self.request = replace(self.request, seed=said.seed)
+            self._deadline = min(self._deadline, time.monotonic() + self.task.time_limit + GRACE)
         elif isinstance(said, Progress):
             self._stage = said.stage
         return said

@@ -1,4 +1,4 @@
-"""A process of a portfolio: plans the one task that comes over its pipe.
+"""A process of a portfolio: plans the one task that comes over its pipe, seed after seed.
 
 Started by `plan_portfolio` as `python -m rbprm_core.portfolio_process FILE_DESCRIPTOR`.
 """
@@ -10,14 +10,16 @@ import signal
 import sys
 import time
 import traceback
+from dataclasses import replace
+from itertools import count
 from multiprocessing.connection import Connection
 
 from rbprm_core.budget import Budget, Progress
-from rbprm_core.errors import RbprmError
+from rbprm_core.errors import NoGuideFound, NoSequenceFound, RbprmError
 from rbprm_core.planner import Outcome, plan
-from rbprm_core.portfolio import Answer, Started, Task
+from rbprm_core.portfolio import Answer, Started, Task, how_far
 from rbprm_core.robot import Robot
-from rbprm_core.robot.data import load_robot_data
+from rbprm_core.robot.data import RobotData, load_robot_data
 
 REPORT_PERIOD = 0.1  # seconds; the planner tells its progress much more often than anyone looks
 
@@ -75,8 +77,7 @@ def _answer(line: Line) -> Outcome | RbprmError:
         task = line.receive()
         sys.path[:] = task.search_path
         data = load_robot_data(Robot.load(task.description), loading)
-        line.send(Started())
-        return plan(task.request, data, task.scene, Budget(task.time_limit, report=line.report))
+        return _first(task, data, line)
     except RbprmError as error:
         return error
     except CallerGone:
@@ -84,6 +85,21 @@ def _answer(line: Line) -> Outcome | RbprmError:
     except Exception as error:  # a fault of ours; the others go on
         traceback.print_exc()
         return RbprmError(f"a fault of the planner: {type(error).__name__}: {error}")
+
+
+def _first(task: Task, data: RobotData, line: Line) -> Outcome | RbprmError:
+    """The first success of the task's seeds in its time; else the failure that came farthest."""
+    budget = Budget(task.time_limit, report=line.report)
+    best: list[RbprmError] = []
+    for seed in count(task.request.seed, task.stride):
+        line.send(Started(seed))
+        try:
+            return plan(replace(task.request, seed=seed), data, task.scene, budget)
+        except (NoGuideFound, NoSequenceFound) as error:
+            best = [max([*best, error], key=how_far)]
+        except RbprmError as error:
+            return max([*best, error], key=how_far)
+    raise AssertionError("the time of a portfolio is limited")
 
 
 if __name__ == "__main__":

@@ -44,13 +44,13 @@ class PlannerOptions:
     Attributes:
         shortcuts: random shortcuts tried on a guide.
         settle: move the guide's roots towards the reference posture's height over the surfaces.
-        guides: guides tried before the request is given up.
+        guides: most guides tried; mostly the time limit comes first.
     """
 
     guide: GuideOptions = field(default_factory=GuideOptions)
     shortcuts: Annotated[int, Field(ge=0, le=MOST_COUNT)] = 100
     settle: bool = True
-    guides: Annotated[int, Field(ge=1, le=MOST_COUNT)] = 20
+    guides: Annotated[int, Field(ge=1, le=MOST_COUNT)] = 1000
     generator: GeneratorOptions = field(default_factory=GeneratorOptions)
     sequence: SequenceOptions = field(default_factory=SequenceOptions)
 

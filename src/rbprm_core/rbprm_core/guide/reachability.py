@@ -81,6 +81,10 @@ class Reachability:
         if all(float(distance(root, kept)) > self._clearance for kept in keep):
             self._avoided = np.vstack([self._avoided, root])
 
+    def forget(self) -> None:
+        """Avoid nothing any more."""
+        self._avoided = self._avoided[:0]
+
     def avoids(self, roots: Array) -> bool:
         """True where one of some root configurations (n, 7 + j) is near to an avoided one."""
         return any(
