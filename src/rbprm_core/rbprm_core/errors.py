@@ -64,12 +64,38 @@ class InvalidInput(RbprmError):
         super().__init__(f"{field} = {shown}: {reason}")
 
 
+ROOT_REMEDIES = (
+    ("equilibrium", "lower the robustness threshold, move the root, or put other limbs in contact"),
+    ("robustness", "lower the robustness threshold, move the root, or put other limbs in contact"),
+    ("weight", "move the root, or require more limbs"),
+    ("obstacle", "move the root out of it"),
+    ("colli", "move the root away from what it collides with"),
+    ("carries", "begin from a state whose contacts are there, or send their surfaces"),
+    ("is to be in contact", "name limbs in contact"),
+    ("", "move the root, put fewer limbs in contact, or send more surfaces"),
+)
+"""What to change, by what a reason contains: the first that fits."""
+
+SEQUENCE_REMEDIES = (
+    ("equilibrium", "lower the robustness threshold, or try another seed or more guides"),
+    ("robustness", "lower the robustness threshold, or try another seed or more guides"),
+    ("", "try another seed, more guides, or a smaller sequence.least_step"),
+)
+"""As above, of a sequence that stopped."""
+
+
+def _remedy(remedies: tuple[tuple[str, str], ...], reason: str) -> str:
+    return next(remedy for part, remedy in remedies if part in reason)
+
+
 class RootUnreachable(RbprmError):
     """No contact configuration exists at a root placement that was asked for."""
 
     def __init__(self, which: str, reason: str, limb: str = "") -> None:
         self.which, self.reason, self.limb = which, reason, limb
-        super().__init__(f"the {which} is not reachable: {reason}")
+        super().__init__(
+            f"the {which} is not reachable: {reason}: {_remedy(ROOT_REMEDIES, reason)}"
+        )
 
 
 class StartUnreachable(RootUnreachable):
@@ -109,6 +135,7 @@ class NoSequenceFound(RbprmError):
         reason: why.
         fraction: share of the guide that was covered, 0 to 1.
         states: the states up to there, a partial result.
+        where: text of where it stopped and why, without what to change.
     """
 
     code = ErrorCode.NO_SEQUENCE
@@ -119,10 +146,9 @@ class NoSequenceFound(RbprmError):
         self.state, self.limb, self.reason = state, limb, reason
         self.fraction, self.states = fraction, states
         who = f" at limb {limb}" if limb else ""
-        super().__init__(
-            f"no contact sequence found: stopped after state {state}{who}, "
-            f"{fraction:.0%} of the guide: {reason}"
-        )
+        self.where = f"stopped after state {state}{who}, {fraction:.0%} of the guide: {reason}"
+        remedy = _remedy(SEQUENCE_REMEDIES, reason)
+        super().__init__(f"no contact sequence found: {self.where}: {remedy}")
 
 
 class TimeLimitReached(RbprmError):
@@ -136,7 +162,7 @@ class TimeLimitReached(RbprmError):
 
     def __init__(self, limit: float, stage: str, best: NoSequenceFound | None = None) -> None:
         self.limit, self.stage, self.best = limit, stage, best
-        before = f" (best attempt before: {best})" if best is not None else ""
+        before = f" (best attempt before: {best.where})" if best is not None else ""
         super().__init__(
             f"time limit of {limit:g} s reached in stage {stage}: "
             f"raise the limit or ease the request{before}"
