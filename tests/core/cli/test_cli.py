@@ -137,6 +137,19 @@ def test_plan_and_check_ones_own_scenario(run: Run, hyq_data: RobotData, tmp_pat
         assert figure in checked.stdout
 
 
+def test_the_most_robust_states_are_taken_and_told(
+    run: Run, hyq_data: RobotData, tmp_path: Path
+) -> None:
+    """No state of HyQ reaches 300 N: without the flag the start is refused already."""
+    file = scenario(tmp_path, threshold=300.0)
+    assert run("plan", file).returncode == START
+    done = run("plan", file, "--most-robust")
+    assert done.returncode == INVALID
+    told = " ".join(done.stdout.replace("│", " ").split())
+    assert "threshold 300 N" in told
+    assert "states under it, by most_robust" in told
+
+
 def test_ones_own_robot(run: Run, toy_data: RobotData, toy_file: Path, tmp_path: Path) -> None:
     out = tmp_path / "toy.json"
     limits = {"robot": "hyq", "height": 0.42, "threshold": 2.0}
@@ -297,7 +310,13 @@ def test_listings(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyP
         with contextlib.suppress(SystemExit):
             main()
         lines = capfd.readouterr().out.splitlines()
-        assert [line.split()[0] for line in lines] == sorted(known)
+        named = [line for line in lines if not line.startswith(" ")]
+        assert [line.split()[0] for line in named] == sorted(known)
+        if listing == "scenarios":
+            what = [line.strip() for line in lines if line.startswith(" ")]
+            assert len(what) == len(known)
+            assert all(line[0].isupper() and line.endswith(".") for line in what)
+            assert "quarters of HyQ's size." in "\n".join(what)  # from a comment of two lines
 
 
 def test_help_names_every_command_and_code(
@@ -309,6 +328,7 @@ def test_help_names_every_command_and_code(
     text = capfd.readouterr().out
     for name in ("plan", "check", "view", "scenarios", "robots", "130 interrupted"):
         assert name in text
+    assert "..." not in text.partition("Commands:")[2]  # click cuts what does not fit
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rbprm_core.bench import Campaign, RunRecord
 
 
-@click.command()
+@click.command(short_help="Plan scenarios with many seeds; tables and plots.")
 @click.argument("scenarios", nargs=-1)
 @click.option("--seeds", default=50, show_default=True, help="Number of seeds.")
 @click.option("--first-seed", default=0, show_default=True, help="The others follow it.")

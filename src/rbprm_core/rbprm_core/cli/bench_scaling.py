@@ -12,7 +12,7 @@ from rich.progress import Progress, TaskID
 from rbprm_core.errors import InvalidInput
 
 
-@click.command("bench-scaling")
+@click.command("bench-scaling", short_help="Measure how planning time grows.")
 @click.argument("what", type=click.Choice(["length", "surfaces"]), nargs=-1)
 @click.option("--seeds", default=3, show_default=True, help="Number of seeds.")
 @click.option("--sizes", help="Comma-separated; 1,2,4,8 times or 10,100,1000,10000 by default.")

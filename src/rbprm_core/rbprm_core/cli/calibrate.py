@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rbprm_core.calibration import ScaleCounts
 
 
-@click.command()
+@click.command(short_help="Measure the reachability condition by the trunk's scale.")
 @click.argument("robot")
 @click.argument("scenarios", nargs=-1, required=True)
 @click.option("--samples", default=1000, show_default=True, help="Root configurations a scenario.")

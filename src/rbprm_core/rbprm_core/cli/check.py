@@ -12,7 +12,7 @@ from rbprm_core.check.report import figures
 from rbprm_core.plan import ContactPlan
 
 
-@click.command()
+@click.command(short_help="Check a plan file on its own.")
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--json", "as_json", is_flag=True, help="The whole report as JSON.")
 def check(file: Path, as_json: bool) -> None:

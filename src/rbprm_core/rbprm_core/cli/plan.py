@@ -26,7 +26,7 @@ from rbprm_core.scenario import load_scenario
 from rbprm_core.validation import finite_number
 
 
-@click.command()
+@click.command(short_help="Plan a scenario, and check the plan.")
 @click.argument("scenario")
 @click.option("--robot", help="A known robot, or a robot file; the scenario's own by default.")
 @click.option("--seed", default=0, show_default=True, help="Of everything that is random.")
@@ -44,6 +44,11 @@ from rbprm_core.validation import finite_number
 )
 @click.option("--time-limit", type=float, help="Seconds; the scenario's by default.")
 @click.option("--robustness", type=float, help="Least raw b0 in newtons instead of the scenario's.")
+@click.option(
+    "--most-robust",
+    is_flag=True,
+    help="Where none reaches the threshold, take the most robust state that stands.",
+)
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Plan file to write.")
 def plan(
     scenario: str,
@@ -53,6 +58,7 @@ def plan(
     guide: str | None,
     time_limit: float | None,
     robustness: float | None,
+    most_robust: bool,
     out: Path | None,
 ) -> None:
     """Plan SCENARIO, a known name or a scenario file, and check the plan.
@@ -72,6 +78,8 @@ def plan(
     request = text.request_for(model, seed, robustness)
     if guide is not None:
         request = _guided_by(guide, request)
+    if most_robust:
+        request = _most_robust(request)
     scene = text.scene()
     console = Console()
     with StageBars(console) as bars:
@@ -97,6 +105,11 @@ def _guided_by(planner: str, request: PlanRequest) -> PlanRequest:
     return replace(request, options=replace(request.options, guide=chosen))
 
 
+def _most_robust(request: PlanRequest) -> PlanRequest:
+    generator = replace(request.options.generator, most_robust=True)
+    return replace(request, options=replace(request.options, generator=generator))
+
+
 def summary(result: ContactPlan, report: CheckReport) -> Table:
     """The plan and its check in a few rows."""
     seconds = result.statistics.time
@@ -107,12 +120,19 @@ def summary(result: ContactPlan, report: CheckReport) -> Table:
     table.add_row("seed", str(result.request.seed))
     table.add_row("states", f"{len(result.states)}, {changes} contact transitions")
     table.add_row("per transition", f"{1000 * seconds['total'] / max(changes, 1):.1f} ms")
-    least = min(state.robustness for state in result.states)
-    threshold = result.request.robustness_threshold
-    table.add_row("least robustness", f"{least:.3g} N (threshold {threshold:g} N)")
+    table.add_row("least robustness", _robustness(result))
     way = np.diff([node.position for node in result.guide], axis=0)
     table.add_row("guide", f"{np.linalg.norm(way, axis=1).sum():.2f} m")
     for name, text in figures(report).items():
         table.add_row(name, text)
     table.add_row("independent check", "valid" if report.valid else "INVALID")
     return table
+
+
+def _robustness(result: ContactPlan) -> str:
+    """The least b0 of a plan, and how many states are under the threshold."""
+    threshold = result.request.robustness_threshold
+    values = [state.robustness for state in result.states]
+    text = f"{min(values):.3g} N (threshold {threshold:g} N)"
+    under = sum(value < threshold for value in values)
+    return f"{text}, {under} states under it, by most_robust" if under else text

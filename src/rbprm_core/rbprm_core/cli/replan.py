@@ -18,7 +18,7 @@ from rbprm_core.scenario import load_scenario
 from rbprm_core.validation import finite_number
 
 
-@click.command()
+@click.command(short_help="Plan, walk, and plan anew as the environment changes.")
 @click.argument("scenario", default="replanning")
 @click.option("--seed", default=0, show_default=True, help="Of the first walk.")
 @click.option(

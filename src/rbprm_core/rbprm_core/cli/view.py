@@ -9,7 +9,7 @@ import click
 from rbprm_core.plan import ContactPlan
 
 
-@click.command()
+@click.command(short_help="Write a page or a picture that shows a plan.")
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="HTML page to write.")
 @click.option("--picture", type=click.Path(dir_okay=False, path_type=Path), help="PNG to write.")
