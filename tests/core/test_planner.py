@@ -435,6 +435,35 @@ def test_the_goal_is_tried_once_after_some_attempts(
     assert len(caught.value.states) == 2
 
 
+@pytest.mark.parametrize(
+    ("reason", "told"),
+    [
+        ("limb lf_leg finds no contact there (no candidate near a surface)", GoalUnreachable),
+        ("limb lf_leg finds no contact there (equilibrium)", GoalUnreachable),
+        ("limb lf_leg finds no contact there (kinematics)", NoSequenceFound),
+        ("limb lf_leg, at its reference posture, is in collision", NoSequenceFound),
+    ],
+)
+def test_a_goal_that_another_posture_may_reach_is_not_refused(
+    hyq_data: RobotData,
+    flat_scene: Scene,
+    monkeypatch: pytest.MonkeyPatch,
+    reason: str,
+    told: type[RbprmError],
+) -> None:
+    attempts(monkeypatch, lambda attempt: True)
+
+    def refuse(*arguments: Any, **_: Any) -> State:
+        if "goal" in map(str, arguments):
+            raise GoalUnreachable(reason, "lf_leg")
+        return start_state(*arguments)
+
+    monkeypatch.setattr("rbprm_core.planner.start_state", refuse)
+    request = walk_to(1.0, options=PlannerOptions(guides=3), goal_limbs=LEGS)
+    with pytest.raises(told):
+        plan(request, hyq_data, flat_scene, Budget(60.0))
+
+
 def test_roots_avoided_are_forgotten_where_they_close_the_way(hyq_data: RobotData) -> None:
     scene = Scene([island("ground", -2, 4)])
     reachability = Reachability(hyq_data, scene, LEGS)

@@ -55,6 +55,9 @@ LEAST_GRIP = 1e-3  # newtons
 TRIED_BEFORE_GOAL = 20
 """Failed guides after which the goal's contacts are tried: a plan is mostly there sooner, and then
 their time is saved; a goal that admits none must not cost the whole time limit."""
+POSTURE = ("kinematics", "at its reference posture")
+"""In the reason why a goal does not admit contacts: with another posture than the reference one,
+from which they are tried, it may. So it is for the last rungs of a ladder."""
 VERSIONED = ("rbprm_core", "pin", "coal", "daqp", "numpy")
 
 
@@ -243,8 +246,13 @@ class _Planning:
 
         Where no limbs are asked for, any may do, and no single try tells.
         """
-        if self._goal_limbs:
+        if not self._goal_limbs:
+            return
+        try:
             start_state(self._generator, self._goal, self._goal_limbs, "goal", self._budget)
+        except GoalUnreachable as error:
+            if not any(part in error.reason for part in POSTURE):
+                raise
 
     def _first_state(self) -> State:
         """The start state; raises where start or goal admit none."""
