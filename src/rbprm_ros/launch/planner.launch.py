@@ -1,38 +1,97 @@
-"""The planner's node with the parameters of a robot; managed start if asked for.
+"""The planner's node with the parameters of a robot; in a namespace and with RViz if asked for.
 
-ros2 launch rbprm_ros planner.launch.py robot:=talos autostart:=false
+ros2 launch rbprm_ros planner.launch.py robot:=talos namespace:=robot1 rviz:=true
+
+An argument that is not given is as the parameter file says.
 """
 
-from launch.actions import DeclareLaunchArgument
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
-from launch_ros.actions import LifecycleNode
-from launch_ros.parameter_descriptions import ParameterValue
-from launch_ros.substitutions import FindPackageShare
+from pathlib import Path
 
-from launch import LaunchDescription
+from ament_index_python.packages import get_package_share_directory
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import LifecycleNode, Node
+
+from launch import LaunchContext, LaunchDescription
+
+NAME = "rbprm_planner"
+CONFIG = Path(get_package_share_directory("rbprm_ros")) / "config"
+ARGUMENTS = {
+    "robot": "a known name, or the path of a robot file",
+    "params_file": "parameter file; without one config/ROBOT.yaml, where the robot has one",
+    "namespace": "of the node, such as robot1",
+}
+CHOICES = {
+    "autostart": ("false: a manager configures and activates it", ["", "true", "false"]),
+    "use_sim_time": ("true: time comes on /clock", ["", "true", "false"]),
+    "log_level": ("of the node", ["debug", "info", "warn", "error", "fatal"]),
+    "rviz": ("true: with RViz, which shows surfaces, plan and robot", ["true", "false"]),
+}
+DEFAULTS = {"log_level": "info", "rviz": "false"}
 
 
 def generate_launch_description() -> LaunchDescription:
     """What `ros2 launch` runs."""
-    share = FindPackageShare("rbprm_ros")
-    robot = LaunchConfiguration("robot")
-    parameters = PathJoinSubstitution([share, "config", [robot, ".yaml"]])
-    autostart = ParameterValue(LaunchConfiguration("autostart"), value_type=bool)
-    return LaunchDescription(
-        [
-            DeclareLaunchArgument(
-                "robot", default_value="hyq", description="name of config/*.yaml"
-            ),
-            DeclareLaunchArgument(
-                "autostart", default_value="true", description="false: a manager activates it"
-            ),
-            LifecycleNode(
-                package="rbprm_ros",
-                executable="planner_node",
-                name="rbprm_planner",
-                namespace="",
-                output="screen",
-                parameters=[parameters, {"autostart": autostart}],
-            ),
-        ]
+    declared = [
+        DeclareLaunchArgument(name, default_value="", description=text)
+        for name, text in ARGUMENTS.items()
+    ]
+    declared += [
+        DeclareLaunchArgument(
+            name, default_value=DEFAULTS.get(name, ""), description=text, choices=choices
+        )
+        for name, (text, choices) in CHOICES.items()
+    ]
+    return LaunchDescription([*declared, OpaqueFunction(function=nodes)])
+
+
+def nodes(context: LaunchContext) -> list[Node]:
+    """What the arguments ask for."""
+    given = {n: LaunchConfiguration(n).perform(context) for n in (*ARGUMENTS, *CHOICES)}
+    namespace = given["namespace"].strip("/")
+    found = [planner(given, namespace)]
+    if given["rviz"] == "true":
+        found.append(rviz(f"/{namespace}" if namespace else ""))
+    return found
+
+
+def planner(given: dict[str, str], namespace: str) -> LifecycleNode:
+    """The planner's node."""
+    return LifecycleNode(
+        package="rbprm_ros",
+        executable="planner_node",
+        name=NAME,
+        namespace=namespace,
+        output="screen",
+        parameters=parameters(given),
+        ros_arguments=["--log-level", f"{logger(namespace)}:={given['log_level']}"],
+    )
+
+
+def logger(namespace: str) -> str:
+    """Name of the node's logger."""
+    return ".".join([*namespace.split("/"), NAME]).lstrip(".")
+
+
+def parameters(given: dict[str, str]) -> list[str | dict[str, str | bool]]:
+    """A parameter file, where there is one, and what the arguments set in its place."""
+    file = given["params_file"] or str(CONFIG / f"{given['robot'] or 'hyq'}.yaml")
+    own: dict[str, str | bool] = {"robot": given["robot"]} if given["robot"] else {}
+    for name in ("autostart", "use_sim_time"):
+        if given[name]:
+            own[name] = given[name] == "true"
+    found: list[str | dict[str, str | bool]] = []
+    if given["params_file"] or Path(file).is_file():  # a robot file's own robot has none
+        found.append(file)
+    return [*found, own] if own else found
+
+
+def rviz(namespace: str) -> Node:
+    """RViz, with the topics of the planner in a namespace."""
+    topics = (f"/{NAME}/markers", f"/{NAME}/guide_path")
+    return Node(
+        package="rviz2",
+        executable="rviz2",
+        arguments=["-d", str(CONFIG / "planner.rviz")],
+        remappings=[(topic, f"{namespace}{topic}") for topic in topics],
     )
