@@ -27,6 +27,14 @@ settings.register_profile("core", derandomize=True, deadline=None)
 settings.load_profile("core")
 
 BUILT_SEEDS = (0, 1, 2)
+FEW_SAMPLES = {  # draws of a workspace, samples of a limb
+    "anymal": (10_000, 8_000),
+    "go2": (10_000, 4_000),
+    "talos": (5_000, 5_000),
+    "allegro": (10_000, 10_000),
+}
+CRAWLER_SAMPLES = (3_000, 3_000)  # where Talos has four limbs
+DEMANDING = ("car", "stepladder")  # hardly anything is in reach there: with fewer, nothing is
 
 LEG = """
  <link name="{leg}_hip">
@@ -126,19 +134,21 @@ def small_hyq(cache: Path) -> RobotDescription:
 @pytest.fixture(scope="session")
 def anymal_data(cache: Path) -> RobotData:
     """ANYmal's data from fewer samples than its file asks for."""
-    return load_robot_data(Robot.load(fewer_samples(load_description("anymal"), 10_000, 8_000)))
+    return load_robot_data(
+        Robot.load(fewer_samples(load_description("anymal"), *FEW_SAMPLES["anymal"]))
+    )
 
 
 @pytest.fixture(scope="session")
 def go2_data(cache: Path) -> RobotData:
     """Go2's data from fewer samples than its file asks for."""
-    return load_robot_data(Robot.load(fewer_samples(load_description("go2"), 10_000, 4_000)))
+    return load_robot_data(Robot.load(fewer_samples(load_description("go2"), *FEW_SAMPLES["go2"])))
 
 
 @pytest.fixture(scope="session")
 def talos(cache: Path) -> Robot:
     """Talos as the package describes it, but for fewer samples: its data take seconds."""
-    return Robot.load(fewer_samples(load_description("talos"), 5000, 5000))
+    return Robot.load(fewer_samples(load_description("talos"), *FEW_SAMPLES["talos"]))
 
 
 @pytest.fixture(scope="session")
@@ -152,13 +162,30 @@ def crawler_data(cache: Path) -> RobotData:
     """Data of Talos on all fours, its torso's joints planned with the root, from few samples."""
     limbs = ("left_leg", "right_leg", "left_arm", "right_arm")
     text = load_description("talos").using(limbs, ("torso_1_joint", "torso_2_joint"))
-    return load_robot_data(Robot.load(fewer_samples(text, 3000, 3000)))
+    return load_robot_data(Robot.load(fewer_samples(text, *CRAWLER_SAMPLES)))
 
 
 @pytest.fixture(scope="session")
 def allegro_data(cache: Path) -> RobotData:
     """The Allegro hand's data from fewer samples than its file asks for."""
-    return load_robot_data(Robot.load(fewer_samples(load_description("allegro"), 10_000, 10_000)))
+    return load_robot_data(
+        Robot.load(fewer_samples(load_description("allegro"), *FEW_SAMPLES["allegro"]))
+    )
+
+
+@pytest.fixture(scope="session")
+def scenario_data(cache: Path) -> Callable[[Scenario], RobotData]:
+    """Makes the data of a scenario's robot, from fewer samples where it can do with them."""
+
+    def load(scenario: Scenario) -> RobotData:
+        text = scenario.load_robot().description
+        few = FEW_SAMPLES.get(text.name)
+        if few is not None and scenario.name not in DEMANDING:
+            many_limbs = text.name == "talos" and len(text.limbs) > 3
+            text = fewer_samples(text, *(CRAWLER_SAMPLES if many_limbs else few))
+        return load_robot_data(Robot.load(text))
+
+    return load
 
 
 @pytest.fixture(scope="session")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Callable
 
 import pytest
 
@@ -11,20 +11,20 @@ from rbprm_core.check import CheckReport, check_plan
 from rbprm_core.plan import ContactPlan
 from rbprm_core.planner import plan
 from rbprm_core.result import contact_plan
-from rbprm_core.robot.data import load_robot_data
-from rbprm_core.scenario import load_scenario
+from rbprm_core.robot.data import RobotData
+from rbprm_core.scenario import Scenario, load_scenario
 
 RUNGS = (0.275, 0.546, 0.817, 1.08)  # metres; the last is the platform
 FEET = ("left_toe", "right_toe")
 
 
 @pytest.fixture(scope="module")
-def ladder_plan(cache: Path) -> ContactPlan:
+def ladder_plan(scenario_data: Callable[[Scenario], RobotData]) -> ContactPlan:
     scenario = load_scenario("stepladder")
-    robot = scenario.load_robot()
-    request = scenario.request_for(robot, 1)
-    outcome = plan(request, load_robot_data(robot), scenario.scene(), Budget(60.0))
-    return contact_plan(outcome, request, robot, scenario.environment_entry())
+    data = scenario_data(scenario)
+    request = scenario.request_for(data.robot, 1)
+    outcome = plan(request, data, scenario.scene(), Budget(60.0))
+    return contact_plan(outcome, request, data.robot, scenario.environment_entry())
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +34,8 @@ def ladder_report(ladder_plan: ContactPlan) -> CheckReport:
 
 def test_the_check_finds_nothing(ladder_report: CheckReport) -> None:
     assert [str(violation) for violation in ladder_report.violations] == []
+    assert ladder_report.goal_limbs
+    assert ladder_report.goal_missing == ()
 
 
 def test_feet_climb_from_the_ground_over_rungs(ladder_plan: ContactPlan) -> None:
