@@ -16,15 +16,34 @@ FOLDER = Path(__file__).resolve().parents[1] / "src" / "rbprm_ros" / "config"
 WIDTH = 96
 
 # Least b0, newtons: a fiftieth of the weight or less, as the scenarios of each robot ask for.
-ROBOTS = {"hyq": 10.0, "anymal": 3.5, "go2": 2.0, "talos": 2.0, "g1": 2.0}
+ROBOTS = {"hyq": 10.0, "anymal": 3.5, "go2": 2.0, "talos": 2.0, "g1": 2.0, "allegro": 0.0}
+
+# Lengths of a hand, not of a walking robot, as the scenario `pen` has them.
+OTHERS = {
+    "allegro": {
+        "classification.least_area": 0.0,
+        "guide.resolution": 0.01,
+        "guide.rrt.step": 0.05,
+        "generator.band": 0.01,
+        "generator.edge_margin": 0.0005,
+        "generator.spacing": 0.006,
+        "generator.move": 0.005,
+        "generator.candidates": 100,
+        "sequence.step": 0.02,
+        "sequence.least_step": 0.0025,
+        "sequence.look_ahead": 0.05,
+    }
+}
 
 
 def text_of(robot: str) -> str:
     """The file of a robot."""
-    own = {"robot": robot, "robustness_threshold": ROBOTS[robot]}
+    others = OTHERS.get(robot, {})
+    own = {"robot": robot, "robustness_threshold": ROBOTS[robot], **others}
+    lengths = ", and for lengths of a hand," if others else ""
     lines = [
         f"# Parameters of the planner's node for {robot}. All are optional; but for `robot` and",
-        "# `robustness_threshold` they stand here as they are without this file.",
+        f"# `robustness_threshold`{lengths} they stand here as they are without this file.",
         "#",
         f"#     ros2 run rbprm_ros planner_node --ros-args --params-file {robot}.yaml",
         "",

@@ -99,5 +99,8 @@ class ContactSequence(IdlStruct, typename="rbprm_msgs::msg::dds_::ContactSequenc
     seed: uint64
     robustness_threshold: float64
     gravity: Vector3
+    grip_force: float64
+    goal_limbs: sequence[str]
+    missing_goal_limbs: sequence[str]
     complete: bool
     states: sequence[ContactState]

@@ -69,6 +69,7 @@ SETTINGS = parse_settings(
     {"max_surfaces": 50, "max_vertices": 100, "max_triangles": 100, "max_states": 100}
 )
 NODE = "/rbprm_planner"
+LIMBS = 4  # of HyQ
 WAVES = 25  # of eight messages each, to a real node
 MOST_GROWTH = 30.0  # megabytes over all waves
 HUGE = 200  # entries of an array that is larger than these settings allow
@@ -187,6 +188,8 @@ def make_request() -> Plan.Request:
         low=Point(x=-1.0, y=-1.0, z=0.0), high=Point(x=1.0, y=1.0, z=1.0), yaw=0.1
     )
     message.required_limbs = ["lf_leg", "rf_leg"]
+    message.gravity, message.grip_force = [Vector3(z=-9.81)], 10.0
+    message.root_joints = []
     message.goal_limbs = message.start_limbs = ["lf_leg", "rf_leg", "lh_leg", "rh_leg"]
     return message
 
@@ -232,7 +235,7 @@ def known() -> Environment:
 def base(sequence: ContactSequence, known: Environment) -> Published:
     """A published sequence of those states."""
     job = job_of_message(make_request(), SETTINGS, known)
-    return Published("an id", 0, 0, read_sequence(sequence, SETTINGS.max_states), job, 0, 0)
+    return Published("an id", 0, 0, read_sequence(sequence, SETTINGS.max_states, LIMBS), job, 0, 0)
 
 
 def value_or_field(message: Any, read: Callable[[Any], object]) -> object:
@@ -314,7 +317,7 @@ def test_requests(seed: int, known: Environment) -> None:
 @given(seed=seeds)
 def test_sequences(seed: int, sequence: ContactSequence, robot: Robot) -> None:
     def read(message: Validate.Request) -> ContactPlan:
-        plan = read_sequence(message.sequence, SETTINGS.max_states)
+        plan = read_sequence(message.sequence, SETTINGS.max_states, LIMBS)
         restored_states(plan.states, robot, "sequence.states")
         return plan
 

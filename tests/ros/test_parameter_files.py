@@ -13,7 +13,7 @@ from tests.ros.conftest import NODE, Site
 
 SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "write_parameters.py"
 INSTALLED = Path(get_package_share_directory("rbprm_ros")) / "config"
-ROBOTS = ("anymal", "g1", "go2", "hyq", "talos")
+ROBOTS = ("allegro", "anymal", "g1", "go2", "hyq", "talos")
 
 
 @pytest.fixture(scope="module")

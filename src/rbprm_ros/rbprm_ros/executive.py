@@ -19,7 +19,9 @@ from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 
 from rbprm_core.errors import InvalidInput, RbprmError
-from rbprm_core.scenario import EditText, Scenario, load_scenario
+from rbprm_core.request import PlannerOptions
+from rbprm_core.scenario import EditText, Scenario, TrunkText, load_scenario
+from rbprm_core.scene import Classification
 from rbprm_core.validation import finite_number
 from rbprm_ros.client import PlanCall, PlannerClient
 from rbprm_ros.conversions import request_message
@@ -163,6 +165,14 @@ class Executive:
         request = scenario.request_for(robot, self._mission.seed)
         message = request_message(request, scenario.robot, limit, self._mission.frame)
         message.limbs = list(scenario.limbs or ())
+        message.root_joints = list(scenario.root_joints or ())
+        lost = not_asked_for(scenario)
+        if lost:
+            names = ", ".join(lost)
+            self._log.warning(
+                f"the scenario's {names} cannot be asked for: the planner goes by its robot file "
+                "and its own parameters"
+            )
         return message
 
     def _result(self, call: PlanCall, timeout: float) -> PlanContacts.Result:
@@ -258,6 +268,18 @@ class Executive:
         self._spinner.spin_until(self._stop.is_set, seconds)
         if self._stop.is_set():
             raise MissionFailed("stopped by a signal")
+
+
+def not_asked_for(scenario: Scenario) -> list[str]:
+    """The parts of a scenario that say how to plan, and that no message carries."""
+    parts = {
+        "[heuristics]": bool(scenario.heuristics),
+        "[surfaces]": bool(scenario.surfaces),
+        "[trunk]": scenario.trunk != TrunkText(),
+        "[options]": scenario.options != PlannerOptions(),
+        "[environment.classification]": scenario.environment.classification != Classification(),
+    }
+    return [name for name, given in parts.items() if given]
 
 
 def run(stop: threading.Event) -> int:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from rbprm_core.budget import Progress
 from rbprm_core.plan import ContactPlan, StateEntry
 from rbprm_core.request import PlanRequest
+from rbprm_core.robot import RobotDescription, load_description
 from rbprm_ros.environment import Snapshot
 from rbprm_ros.failure import Failure
 
@@ -17,14 +18,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RobotChoice:
-    """A robot with the limbs that may make contact.
+    """A robot with the limbs that may make contact and the joints planned with the root.
 
     Attributes:
-        name: known name, or path of a robot file. limbs: names; empty for the robot's own choice.
+        name: known name, or path of a robot file.
+        limbs, root_joints: names; empty for the robot's own choice.
     """
 
     name: str
     limbs: tuple[str, ...] = ()
+    root_joints: tuple[str, ...] = ()
+
+    def description(self) -> RobotDescription:
+        """What the robot's file says, with what was chosen.
+
+        Raises:
+            InvalidInput: a file that cannot be used, or a limb that the robot does not have. Names
+                of joints are looked at when the robot is loaded.
+        """
+        chosen = load_description(self.name)
+        return chosen.using(self.limbs or None, self.root_joints or None)
 
 
 @dataclass(frozen=True)
@@ -70,7 +83,9 @@ class Validation:
         id: of this piece of work.
         key: of the states; the process that got them before knows them by it.
         states: of the sequence; None where the process holds them already.
-        threshold: least robustness, newtons. gravity: m/s^2. first: index of the first to look at.
+        threshold: least robustness, newtons. gravity: m/s^2.
+        grip_force: what robustness without gravity is measured by, newtons.
+        first: index of the first to look at.
         snapshot: surfaces of today; None on the way to the process, which is sent changes.
     """
 
@@ -80,6 +95,7 @@ class Validation:
     states: tuple[StateEntry, ...] | None
     threshold: float
     gravity: tuple[float, float, float]
+    grip_force: float
     first: int
     snapshot: Snapshot | None
 

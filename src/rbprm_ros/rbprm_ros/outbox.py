@@ -17,7 +17,7 @@ from visualization_msgs.msg import MarkerArray
 from rbprm_core.errors import RbprmError
 from rbprm_core.plan import ContactPlan, StateEntry
 from rbprm_core.result import bare_plan
-from rbprm_core.robot import Robot, load_description
+from rbprm_core.robot import Robot
 from rbprm_ros.conversions import (
     diagnostics_message,
     guide_message,
@@ -26,6 +26,7 @@ from rbprm_ros.conversions import (
     sequence_message,
     statistics_message,
     status_message,
+    success_message,
     time_message,
 )
 from rbprm_ros.conversions.diagnostics import Health
@@ -117,7 +118,7 @@ class Outbox:
         answer.sequence = self._message(published, header)
         answer.guide = guide_message(published.plan, header)
         answer.statistics = statistics_message(published.plan)
-        answer.result = result_message()
+        answer.result = success_message(published.plan)
 
     def answer_partly(self, plan: ContactPlan, answer: Answer) -> None:
         """Fill a failure's answer with the states that were found."""
@@ -154,4 +155,4 @@ class Outbox:
 @functools.lru_cache(maxsize=4)
 def _robot(choice: RobotChoice) -> Robot:
     """A robot; loading takes longer than the time between two partial sequences."""
-    return Robot.load(load_description(choice.name).using(choice.limbs or None))
+    return Robot.load(choice.description())

@@ -316,12 +316,13 @@ class PlannerNode(LifecycleNode):
     async def _on_validate(self, message: Validate.Request, response: Validate.Response) -> None:
         planning = self._required()
         if message.sequence.states:
-            plan = read_sequence(message.sequence, self._settings().max_states)
             base = planning.published
             own = base is not None and base.id == message.sequence.sequence_id
             known = (*known_robots(), self._settings().robot)
-            name = one_of("sequence.robot", plan.robot.name, known)
+            name = one_of("sequence.robot", message.sequence.robot, known)
             robot = base.job.robot if own and base else RobotChoice(name)
+            limbs = len(robot.description().limbs)
+            plan = read_sequence(message.sequence, self._settings().max_states, limbs)
             found = planning.validate(robot, uuid.uuid4().hex, plan, message.from_state)
         else:
             base = self._base(planning, message.sequence.sequence_id)

@@ -409,9 +409,10 @@ class Planning:
     def _validation(
         self, robot: RobotChoice, key: str, plan: ContactPlan, least: float, first: int
     ) -> Validation:
+        asked = plan.request
         return Validation(
-            uuid.uuid4().hex, robot, key, plan.states, least, plan.request.gravity, first,
-            self._environment.snapshot,
+            uuid.uuid4().hex, robot, key, plan.states, least, asked.gravity, asked.grip_force,
+            first, self._environment.snapshot,
         )  # fmt: skip
 
     def _judge(self, activity: Activity, failure: Failure = SUCCEEDED, **changes: Any) -> None:

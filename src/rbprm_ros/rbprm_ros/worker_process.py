@@ -31,7 +31,7 @@ from rbprm_core.replanning import (
     restored_states,
 )
 from rbprm_core.result import contact_plan, partial_plan, state_entry
-from rbprm_core.robot import Robot, load_description
+from rbprm_core.robot import Robot
 from rbprm_core.robot.data import RobotData, load_robot_data
 from rbprm_core.scene import Scene
 from rbprm_ros.environment import Snapshot
@@ -106,7 +106,7 @@ class Server:
         return self._scene
 
     def _robot(self, choice: RobotChoice, line: Line) -> RobotData:
-        description = load_description(choice.name).using(choice.limbs or None)
+        description = choice.description()
         key = description.model_dump_json()  # not the name: its file may have been edited
         if key not in self._robots:
             started = time.monotonic()
@@ -150,7 +150,8 @@ class Server:
     def _invalid(self, work: Validation, data: RobotData) -> tuple[InvalidState, ...]:
         if work.states is not None:
             states = restored_states(work.states, data.robot, "sequence.states")
-            self._watch = Watch(data, states, work.threshold, np.array(work.gravity))
+            gravity = np.array(work.gravity)
+            self._watch = Watch(data, states, work.threshold, gravity, work.grip_force)
             self._watched_key = work.key
         assert self._watch is not None
         assert self._watched_key == work.key  # the node sees to it

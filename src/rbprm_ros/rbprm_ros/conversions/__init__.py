@@ -20,7 +20,7 @@ from rbprm_ros.conversions.requests import (
     replan_job_of_message,
     request_message,
 )
-from rbprm_ros.conversions.results import result_message
+from rbprm_ros.conversions.results import result_message, success_message
 from rbprm_ros.conversions.robots import robot_messages
 from rbprm_ros.conversions.status import invalid_state_messages, status_message
 from rbprm_ros.conversions.surfaces import (
@@ -46,6 +46,7 @@ __all__ = [
     "snapshot_update",
     "statistics_message",
     "status_message",
+    "success_message",
     "surfaces_message",
     "time_message",
     "update_of_markers",

@@ -11,6 +11,7 @@ from rbprm_msgs.msg import Contact, ContactSequence, ContactState, PlanStatistic
 from std_msgs.msg import Header
 
 from rbprm_core.check import transitions
+from rbprm_core.check.sequence import missing_at_goal
 from rbprm_core.errors import InvalidInput
 from rbprm_core.plan import (
     ContactEntry,
@@ -22,8 +23,17 @@ from rbprm_core.plan import (
     StateEntry,
     Statistics,
 )
-from rbprm_core.validation import MOST_FORCE, MOST_FRICTION, finite_array, finite_number
+from rbprm_core.planner import LEAST_GRIP
+from rbprm_core.statics import GRIP_FORCE
+from rbprm_core.validation import (
+    MOST_FORCE,
+    MOST_FRICTION,
+    MOST_GRAVITY,
+    finite_array,
+    finite_number,
+)
 from rbprm_ros.conversions.geometry import (
+    Triple,
     placement_of_message,
     pose_message,
     pose_of_message,
@@ -34,6 +44,7 @@ from rbprm_ros.conversions.geometry import (
 
 TYPES = {"point": Contact.TYPE_POINT, "planar": Contact.TYPE_PLANAR}
 TYPE_NAMES = {number: name for name, number in TYPES.items()}
+MOST_POINTS = 16  # of a contact; a patch has four
 
 
 def sequence_message(
@@ -70,6 +81,9 @@ def sequence_message(
         seed=request.seed,
         robustness_threshold=request.robustness_threshold,
         gravity=vector_message(Vector3, request.gravity),
+        grip_force=request.grip_force,
+        goal_limbs=list(request.goal_limbs or ()),
+        missing_goal_limbs=list(missing_at_goal(plan)) if plan.states else [],
         complete=complete,
         states=[_state_message(i, state) for i, state in enumerate(plan.states)],
     )
@@ -85,10 +99,12 @@ def statistics_message(plan: ContactPlan) -> PlanStatistics:
     """Times and counts."""
     time, counts = plan.statistics.time, plan.statistics.counts
     return PlanStatistics(
+        time_prepare=time.get("prepare", 0.0),
         time_guide=time.get("guide", 0.0),
         time_shortcut=time.get("shortcut", 0.0),
         time_sequence=time.get("sequence", 0.0),
         time_total=time.get("total", 0.0),
+        guides=counts.get("guides", 0),
         guide_nodes=counts.get("guide_nodes", 0),
         guide_waypoints=len(plan.guide),
         states=len(plan.states),
@@ -126,6 +142,8 @@ def plan_of_messages(
             seed=sequence.seed,
             robustness_threshold=sequence.robustness_threshold,
             gravity=triple(sequence.gravity),
+            grip_force=sequence.grip_force or GRIP_FORCE,
+            goal_limbs=tuple(sequence.goal_limbs) or None,
         ),
         guide=tuple(pose_of_message(stamped.pose) for stamped in guide.poses),
         states=tuple(_state_entry(state) for state in sequence.states),
@@ -133,8 +151,11 @@ def plan_of_messages(
     )
 
 
-def read_sequence(message: ContactSequence, most_states: int) -> ContactPlan:
+def read_sequence(message: ContactSequence, most_states: int, limbs: int) -> ContactPlan:
     """A sequence that anybody may have sent, as a plan without environment and guide.
+
+    Args:
+        limbs: of the robot.
 
     Raises:
         InvalidInput: names the field at fault.
@@ -143,28 +164,55 @@ def read_sequence(message: ContactSequence, most_states: int) -> ContactPlan:
         reason = f"are too many; the parameter max_states is {most_states}"
         raise InvalidInput("sequence.states", f"{len(message.states)} states", reason)
     states = tuple(
-        read_state(state, f"sequence.states.{i}") for i, state in enumerate(message.states)
+        read_state(state, f"sequence.states.{i}", limbs) for i, state in enumerate(message.states)
     )
     for field in ("start", "goal"):
         placement_of_message(getattr(message, field), f"sequence.{field}")
     field, threshold = "sequence.robustness_threshold", message.robustness_threshold
     finite_number(field, threshold, low=0.0, high=MOST_FORCE)
-    finite_array("sequence.gravity", triple(message.gravity), (3,))
+    read_gravity("sequence.gravity", message.gravity)
+    read_grip_force("sequence.grip_force", message.grip_force)
     bare = ContactSequence(
         robot=message.robot, urdf=message.urdf, srdf=message.srdf, joint_names=message.joint_names,
         start=message.start, goal=message.goal, seed=message.seed, gravity=message.gravity,
-        robustness_threshold=message.robustness_threshold,
+        robustness_threshold=message.robustness_threshold, grip_force=message.grip_force,
     )  # fmt: skip
     plan = plan_of_messages(bare, Path(), EnvironmentEntry())
     return plan.model_copy(update={"states": states})
 
 
-def read_state(message: ContactState, field: str) -> StateEntry:
+def read_gravity(field: str, message: Vector3) -> Triple:
+    """Gravity, m/s^2.
+
+    Raises:
+        InvalidInput: not finite, or more than any planet's.
+    """
+    for axis, value in zip("xyz", triple(message), strict=True):
+        finite_number(f"{field}.{axis}", value, low=-MOST_GRAVITY, high=MOST_GRAVITY)
+    return triple(message)
+
+
+def read_grip_force(field: str, value: float) -> float:
+    """What robustness without gravity is measured by, newtons; 0 is the usual one.
+
+    Raises:
+        InvalidInput: out of range.
+    """
+    return finite_number(field, value or GRIP_FORCE, low=LEAST_GRIP, high=MOST_FORCE)
+
+
+def read_state(message: ContactState, field: str, limbs: int) -> StateEntry:
     """A state that anybody may have sent.
+
+    Args:
+        limbs: of the robot; each has one contact at most.
 
     Raises:
         InvalidInput: names the field at fault.
     """
+    if len(message.contacts) > limbs:
+        reason = f"are too many: each of the robot's {limbs} limbs has one at most"
+        raise InvalidInput(f"{field}.contacts", f"{len(message.contacts)} contacts", reason)
     placement_of_message(message.root, f"{field}.root")
     finite_array(f"{field}.joint_positions", message.joint_positions, (-1,))
     for k, contact in enumerate(message.contacts):
@@ -175,6 +223,9 @@ def read_state(message: ContactState, field: str) -> StateEntry:
         placement_of_message(contact.pose, f"{place}.pose")
         placement_of_message(contact.frame_offset, f"{place}.frame_offset")
         finite_array(f"{place}.normal", triple(contact.normal), (3,))
+        if len(contact.points) > MOST_POINTS:
+            reason = f"are too many: at most {MOST_POINTS}"
+            raise InvalidInput(f"{place}.points", f"{len(contact.points)} points", reason)
         for n, point in enumerate(contact.points):
             finite_array(f"{place}.points.{n}", triple(point), (3,))
         finite_number(f"{place}.friction", contact.friction, low=0.0, high=MOST_FRICTION)
@@ -186,12 +237,17 @@ def read_state(message: ContactState, field: str) -> StateEntry:
 def _statistics(message: PlanStatistics) -> Statistics:
     return Statistics(
         time={
+            "prepare": message.time_prepare,
             "guide": message.time_guide,
             "shortcut": message.time_shortcut,
             "sequence": message.time_sequence,
             "total": message.time_total,
         },
-        counts={"guide_nodes": message.guide_nodes, "states": message.states},
+        counts={
+            "guides": message.guides,
+            "guide_nodes": message.guide_nodes,
+            "states": message.states,
+        },
     )
 
 

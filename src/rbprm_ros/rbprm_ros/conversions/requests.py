@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from geometry_msgs.msg import Point, PoseStamped
+from geometry_msgs.msg import Point, PoseStamped, Vector3
+from numpy.typing import NDArray
 from rbprm_msgs.action import PlanContacts
 from rbprm_msgs.msg import RootBounds as BoundsMessage
 from rbprm_msgs.srv import Plan, Replan
@@ -19,8 +20,8 @@ from rbprm_core.guide.space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan import StateEntry
 from rbprm_core.replanning import root_placement
-from rbprm_core.request import PlanRequest
-from rbprm_core.robot import known_robots, load_description
+from rbprm_core.request import GRAVITY, PlanRequest
+from rbprm_core.robot import Robot, known_robots
 from rbprm_core.validation import MOST_FORCE, coordinates, finite_number, one_of
 from rbprm_ros.conversions.geometry import (
     placement_of_message,
@@ -29,11 +30,13 @@ from rbprm_ros.conversions.geometry import (
     triple,
     vector_message,
 )
-from rbprm_ros.conversions.plans import read_state
+from rbprm_ros.conversions.plans import read_gravity, read_grip_force, read_state
 from rbprm_ros.environment import Environment, Snapshot
 from rbprm_ros.jobs import Job, RobotChoice
 from rbprm_ros.parameters import Settings
 from rbprm_ros.published import Published
+
+Array = NDArray[np.float64]
 
 UNSET_BOUNDS = BoundsMessage()
 
@@ -49,8 +52,8 @@ def job_of_message(
     start = _placement(message.start, settings, "start")
     goal = _placement(message.goal, settings, "goal")
     robot = one_of("robot", message.robot or settings.robot, (*known_robots(), settings.robot))
-    chosen = tuple(message.limbs)
-    limbs = tuple(limb.name for limb in load_description(robot).using(chosen or None).limbs)
+    choice = RobotChoice(robot, tuple(message.limbs), tuple(message.root_joints))
+    limbs = _chosen_limbs(choice)
     time_limit = finite_number("time_limit", message.time_limit, low=0.0)
     threshold = finite_number(
         "robustness_threshold", message.robustness_threshold, low=0.0, high=MOST_FORCE
@@ -67,11 +70,13 @@ def job_of_message(
         robustness_threshold=threshold or settings.robustness_threshold,
         goal_limbs=_goal_limbs(message.goal_limbs, limbs),
         seed=message.seed,
+        gravity=_gravity(message.gravity),
+        grip_force=read_grip_force("grip_force", message.grip_force),
         options=settings.planner,
     )
     return Job(
-        uuid.uuid4().hex, RobotChoice(robot, chosen), request, time_limit or settings.time_limit,
-        snapshot, bounds_derived=bounds is None,
+        uuid.uuid4().hex, choice, request, time_limit or settings.time_limit, snapshot,
+        bounds_derived=bounds is None,
     )  # fmt: skip
 
 
@@ -94,11 +99,8 @@ def replan_job_of_message(
     snapshot = environment.snapshot
     _require_surfaces(snapshot, environment.rejection)
     time_limit = finite_number("time_limit", message.time_limit, low=0.0)
-    limbs = tuple(
-        limb.name
-        for limb in load_description(base.job.robot.name).using(base.job.robot.limbs or None).limbs
-    )
-    kept, measured = _kept(message, base, default_from)
+    limbs = tuple(limb.name for limb in base.job.robot.description().limbs)
+    kept, measured = _kept(message, base, default_from, len(limbs))
     request = base.job.request
     goal = _placement(message.goal[0], settings, "goal.0") if message.goal else request.goal
     bounds = request.bounds
@@ -117,12 +119,12 @@ def replan_job_of_message(
 
 
 def _kept(
-    message: Replan.Request, base: Published, default_from: int
+    message: Replan.Request, base: Published, default_from: int, limbs: int
 ) -> tuple[tuple[StateEntry, ...], bool]:
     """The states that stay, and whether it is one that was measured."""
     states = base.plan.states
     if message.measured_state:
-        state = read_state(message.measured_state[0], "measured_state.0")
+        state = read_state(message.measured_state[0], "measured_state.0", limbs)
         if len(state.joints) != len(base.plan.robot.joint_names):
             reason = f"must have {len(base.plan.robot.joint_names)} values, as joint_names has"
             field = "measured_state.0.joint_positions"
@@ -163,7 +165,32 @@ def request_message(
         seed=request.seed,
         time_limit=time_limit,
         robustness_threshold=request.robustness_threshold,
+        gravity=[vector_message(Vector3, request.gravity)],
+        grip_force=request.grip_force,
     )
+
+
+def _chosen_limbs(choice: RobotChoice) -> tuple[str, ...]:
+    """Names of the limbs of a robot as it was asked for.
+
+    Raises:
+        InvalidInput: `limbs`, or `root_joints.i` of a joint that cannot be planned with the root.
+    """
+    description = choice.description()
+    if choice.root_joints:
+        try:
+            Robot.load(description)
+        except InvalidInput as error:
+            if error.field != "robot.root_joints":
+                raise
+            i = len(choice.root_joints) - 1 - choice.root_joints[::-1].index(error.value)
+            raise InvalidInput(f"root_joints.{i}", error.value, error.reason) from error
+    return tuple(limb.name for limb in description.limbs)
+
+
+def _gravity(given: Sequence[Vector3]) -> Array:
+    """Gravity (3,) m/s^2, that of level ground where none is given."""
+    return np.array(read_gravity("gravity.0", given[0])) if given else GRAVITY.copy()
 
 
 def _placement(message: PoseStamped, settings: Settings, field: str) -> Placement:
@@ -189,9 +216,11 @@ def _bounds(message: BoundsMessage) -> RootBounds:
 
 
 def _limbs(field: str, names: Sequence[str], known: tuple[str, ...]) -> tuple[str, ...]:
-    """Names of limbs, all of the robot's where none are given."""
+    """Names of limbs, each once; all of the robot's where none are given."""
     for i, name in enumerate(names):
         one_of(f"{field}.{i}", name, known)
+        if name in names[:i]:
+            raise InvalidInput(f"{field}.{i}", name, "is named twice")
     return tuple(names) or known
 
 
