@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shutil
+import time
 from collections.abc import Callable
 from copy import deepcopy
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 from geometry_msgs.msg import Point, Quaternion
 from rbprm_msgs.msg import PlanningResult, PolygonRing, Surface, SurfaceArray
 from rbprm_msgs.srv import ListRobots, Plan
+from tests.ros.conftest import ENDLESS
 
 if TYPE_CHECKING:
     from conftest import Executive, Site
@@ -212,3 +214,23 @@ def test_call_that_has_no_way_to_tell_an_error_is_answered(
     answer = executive.ask(ListRobots, "list_robots", ListRobots.Request(), timeout=10.0)
     assert (answer.default_robot, answer.robots) == (str(file), [])
     assert "mine.toml" in planner.log.read_text()
+
+
+def test_calls_beyond_those_that_may_wait_are_refused_at_once(
+    site: Site, gap: SurfaceArray, request_over_gap: Plan.Request
+) -> None:
+    site.planner(*ENDLESS, "-p", "max_calls:=3")
+    executive = site.executive()
+    executive.give(gap)
+    request_over_gap.time_limit = 1.0
+    calls = [executive.start_call(request_over_gap) for _ in range(5)]
+    started = time.monotonic()
+    executive.spin_until(lambda: sum(call.done() for call in calls) == 2, "two refusals", 1.0)
+    assert time.monotonic() - started < 0.9  # none of the others has an answer before
+    refused = [call.result().result for call in calls if call.done()]
+    assert {result.code for result in refused} == {PlanningResult.BUSY}
+    assert "3 calls of ~/plan wait already" in refused[0].text
+    others = [executive.answer(call).result.code for call in calls]
+    assert others.count(PlanningResult.TIME_LIMIT) == 3
+    # Room is there again, and was all the time for calls of other services.
+    assert executive.call(request_over_gap).result.code == PlanningResult.TIME_LIMIT

@@ -13,13 +13,20 @@ from rbprm_msgs.action import PlanContacts
 from rbprm_msgs.msg import ContactSequence, PlanningResult, SurfaceArray
 from rbprm_msgs.srv import Plan
 from rclpy.action import ActionClient
+from tests.ros.conftest import ENDLESS
 
 from rbprm_ros.qos import CALLS
 
 if TYPE_CHECKING:
-    from conftest import Executive
+    from conftest import Executive, Site
 
 NAME = "/rbprm_planner/plan_contacts"
+
+
+def goal_of(request: Plan.Request) -> PlanContacts.Goal:
+    """A request as a goal."""
+    fields = PlanContacts.Goal.get_fields_and_field_types()
+    return PlanContacts.Goal(**{name: getattr(request, name) for name in fields})
 
 
 class Goal:
@@ -28,9 +35,9 @@ class Goal:
     def __init__(self, executive: Executive, client: ActionClient, request: Plan.Request) -> None:
         self._executive = executive
         self.feedback: list[PlanContacts.Feedback] = []
-        fields = PlanContacts.Goal.get_fields_and_field_types()
-        goal = PlanContacts.Goal(**{name: getattr(request, name) for name in fields})
-        sent = client.send_goal_async(goal, lambda message: self.feedback.append(message.feedback))
+        sent = client.send_goal_async(
+            goal_of(request), lambda message: self.feedback.append(message.feedback)
+        )
         executive.spin_until(sent.done, "an accepted goal")
         self._handle = sent.result()
         assert self._handle.accepted
@@ -169,12 +176,10 @@ def test_of_many_goals_at_once_the_last_is_planned(
 ) -> None:
     client = ActionClient(executive.node, PlanContacts, NAME)
     executive.spin_until(client.server_is_ready, "the action")
-    fields = PlanContacts.Goal.get_fields_and_field_types()
     sent = []
     for i in range(10):
         search.goal.pose.position.x = 0.2 if i == 9 else 5.0
-        goal = PlanContacts.Goal(**{name: getattr(search, name) for name in fields})
-        sent.append(client.send_goal_async(goal))
+        sent.append(client.send_goal_async(goal_of(search)))
     executive.spin_until(lambda: all(future.done() for future in sent), "ten accepted goals")
     results = [future.result().get_result_async() for future in sent]
     executive.spin_until(lambda: all(future.done() for future in results), "ten results")
@@ -213,3 +218,24 @@ def test_goals_do_not_stop_calls(
     goal.cancel()
     assert goal.result(2.0)[1].result.code == PlanningResult.CANCELLED
     assert executive.answer(call).result.code == PlanningResult.SUCCESS
+
+
+def test_goals_beyond_those_that_may_wait_are_busy_and_take_nobodys_place(
+    site: Site, gap: SurfaceArray, request_over_gap: Plan.Request
+) -> None:
+    site.planner(*ENDLESS, "-p", "max_calls:=2")
+    executive = site.executive()
+    executive.give(gap)
+    client = ActionClient(executive.node, PlanContacts, NAME)
+    executive.spin_until(client.server_is_ready, "the action")
+    request_over_gap.time_limit = 1.0
+    goal = goal_of(request_over_gap)
+    sent = [client.send_goal_async(goal) for _ in range(10)]
+    executive.spin_until(lambda: all(future.done() for future in sent), "ten accepted goals")
+    results = [future.result().get_result_async() for future in sent]
+    executive.spin_until(lambda: all(future.done() for future in results), "ten results")
+    codes = [future.result().result.result.code for future in results]
+    assert codes.count(PlanningResult.TIME_LIMIT) == 1
+    assert PlanningResult.BUSY in codes
+    others = {PlanningResult.BUSY, PlanningResult.PREEMPTED, PlanningResult.TIME_LIMIT}
+    assert set(codes) <= others

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import time
+import weakref
 from collections.abc import Iterator
 from concurrent.futures import CancelledError, Future
 from concurrent.futures import TimeoutError as NotYet
@@ -220,3 +221,21 @@ def process_of(worker: PlanningWorker) -> int:
     """Id of a worker's process."""
     assert worker._process is not None
     return worker._process.popen.pid
+
+
+def test_work_that_was_cancelled_holds_no_surfaces(search: Job) -> None:
+    worker = PlanningWorker(RobotChoice("hyq"), ignore)
+    try:
+        under_way = Started()
+        running = worker.submit(search, under_way)
+        under_way.wait("guide")
+        surfaces = snapshot(strip("ground", -2, 9))
+        held = weakref.ref(surfaces)
+        waiting = worker.submit(job("waits", surfaces, 1.0), ignore)
+        del surfaces
+        assert held() is not None
+        worker.cancel(waiting)
+        assert held() is None
+        worker.cancel(running)
+    finally:
+        worker.close()

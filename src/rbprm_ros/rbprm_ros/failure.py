@@ -21,6 +21,7 @@ class NodeCode(IntEnum):
     NOT_ACTIVE = 11
     UNKNOWN_SEQUENCE = 12
     WORKER_LOST = 13
+    BUSY = 14
 
 
 @dataclass(frozen=True)

@@ -67,6 +67,9 @@ class Settings:
         max_triangles: most triangles of all obstacles together, and of one mesh or message.
         max_vertices: most vertices of one polygon, holes included.
         max_states: most states of a sequence that is sent to be validated.
+        max_calls: most calls of one service, and most goals, that wait or are served at once; what
+            comes beyond ends with the code BUSY. A goal and the newer one that takes its place
+            are two.
         classification: how a normal decides what a surface is good for.
         marker_friction: friction coefficient of the surfaces found in marker triangles.
         autostart: come up active; otherwise the node waits to be configured and activated.
@@ -84,6 +87,7 @@ class Settings:
     max_triangles: Annotated[int, Field(ge=0)] = 100_000
     max_vertices: Annotated[int, Field(ge=3)] = 1_000
     max_states: Annotated[int, Field(ge=1)] = 1_000
+    max_calls: Annotated[int, Field(ge=2)] = 100
     classification: Classification = field(default_factory=Classification)
     marker_friction: Friction = 0.5
     autostart: bool = True

@@ -26,6 +26,7 @@ class PlanAction:
     Args:
         planning: gives what plans; raises where the node is not active.
         job: makes the work that a goal asks for.
+        require_room: raises where there are too many, given what is counted and how many there are.
     """
 
     def __init__(
@@ -34,11 +35,12 @@ class PlanAction:
         planning: Callable[[], Planning],
         job: Callable[[PlanContacts.Goal], Awaitable[Job]],
         outbox: Outbox,
+        require_room: Callable[[str, int], None],
     ) -> None:
         self._planning, self._job, self._outbox = planning, job, outbox
+        self._require_room = require_room
+        self._goals: dict[bytes, _Goal] = {}  # not ended yet
         self._current: _Goal | None = None
-        self.goals = 0
-        """Goals not ended yet."""
         self._server = ActionServer(
             node,
             PlanContacts,
@@ -50,13 +52,23 @@ class PlanAction:
             result_timeout=RESULT_KEPT,
         )
 
+    @property
+    def goals(self) -> int:
+        """Goals not ended yet."""
+        return len(self._goals)
+
     def _accept(self, handle: ServerGoalHandle) -> None:
-        """A goal came: the one before makes room for it."""
-        self.goals += 1
-        before, self._current = self._current, _Goal(handle)
-        if before is not None:
-            before.preempted = True
-            self._stop(before)
+        """A goal came: the one before makes room for it, unless it is one too many."""
+        goal = self._goals[_key(handle)] = _Goal(handle)
+        try:
+            self._require_room("goals", len(self._goals))
+        except NodeError as error:
+            goal.refusal = error
+        else:
+            before, self._current = self._current, goal
+            if before is not None:
+                before.preempted = True
+                self._stop(before)
         handle.execute()
 
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
@@ -71,15 +83,15 @@ class PlanAction:
             goal.planning.cancel(goal.work)
 
     async def _execute(self, handle: ServerGoalHandle) -> PlanContacts.Result:
-        goal = self._current
-        if goal is None or goal.handle is not handle:  # a newer one came before this began
-            goal = _Goal(handle, preempted=True)
+        goal = self._goals[_key(handle)]
         try:
+            if goal.refusal is not None:
+                raise goal.refusal
             return await self._planned(goal)
         except Exception as error:
             return self._failed(goal, error)
         finally:
-            self.goals -= 1
+            del self._goals[_key(handle)]
             if self._current is goal:
                 self._current = None
 
@@ -130,10 +142,16 @@ class PlanAction:
         return result
 
 
+def _key(handle: ServerGoalHandle) -> bytes:
+    """Identity of a goal; handles themselves are no keys."""
+    return bytes(handle.goal_id.uuid)
+
+
 class _Goal:
     """A goal under way."""
 
-    def __init__(self, handle: ServerGoalHandle, preempted: bool = False) -> None:
-        self.handle, self.preempted, self.cancelled = handle, preempted, False
+    def __init__(self, handle: ServerGoalHandle) -> None:
+        self.handle, self.preempted, self.cancelled = handle, False, False
+        self.refusal: NodeError | None = None
         self.work: WorkFuture[Result] | None = None
         self.planning: Planning | None = None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 import uuid
+from collections import Counter
 from collections.abc import Awaitable, Callable
 from typing import Any
 
@@ -75,9 +76,11 @@ class PlannerNode(LifecycleNode):
         self._intake = Intake(self._environment, self._settings, self._spinning, self._on_change)
         self._planning: Planning | None = None
         self._active = False
-        self._calls = 0
+        self._calls: Counter[str] = Counter()  # not answered yet, by name of the service
         self._outbox = Outbox(self, self._settings)
-        self._action = PlanAction(self, self._required, self._job_of_goal, self._outbox)
+        self._action = PlanAction(
+            self, self._required, self._job_of_goal, self._outbox, self._require_room
+        )
         self._inputs = (
             EveryPublisher(self, SurfaceArray, "~/surfaces", self._on_surfaces),
             EveryPublisher(self, MarkerArray, "~/surface_markers", self._on_markers),
@@ -98,7 +101,7 @@ class PlannerNode(LifecycleNode):
     @property
     def calls(self) -> int:
         """Calls and goals not answered yet."""
-        return self._calls + self._action.goals
+        return self._calls.total() + self._action.goals
 
     def start(self) -> None:
         """Configure and activate, unless a manager is to do it."""
@@ -191,6 +194,17 @@ class PlannerNode(LifecycleNode):
             raise NodeError(NodeCode.NOT_ACTIVE, text)
         return self._planning
 
+    def _require_room(self, what: str, count: int) -> None:
+        """Refuse a call that would be one too many, itself counted: each holds what it came with.
+
+        Raises:
+            NodeError: BUSY.
+        """
+        most = self._settings().max_calls
+        if count > most:
+            text = f"{most} {what} wait already, as the parameter max_calls allows; ask again later"
+            raise NodeError(NodeCode.BUSY, text)
+
     async def _take_all(self) -> None:
         """Take in what was published before the call that is to be served."""
         for topic in self._inputs:
@@ -227,16 +241,18 @@ class PlannerNode(LifecycleNode):
         """Offer a service that always answers; in the answer's `result` is what went wrong."""
 
         async def answer(message: Any, response: Any) -> Any:
-            self._calls += 1
+            self._calls[name] += 1
             try:
+                if hasattr(response, "result"):  # those that only tell something are soon over
+                    self._require_room(f"calls of {name}", self._calls[name])
                 await self._take_all()
                 await serve(message, response)
             except Exception as error:
                 refusal = self._outbox.refusal(error)
-                if hasattr(response, "result"):  # those that only tell something have none
+                if hasattr(response, "result"):
                     response.result = refusal
             finally:
-                self._calls -= 1
+                self._calls[name] -= 1
             return response
 
         self.create_service(

@@ -67,9 +67,9 @@ class _Hung(OSError):
 
 @dataclass(eq=False)
 class _Task:
-    """A piece of work that waits or is under way."""
+    """A piece of work that waits or is under way; `work` is None once it has ended."""
 
-    work: Work
+    work: Work | None
     report: Report
     future: Future[Result] = field(default_factory=Future)
     cancelled: bool = False
@@ -148,6 +148,8 @@ class PlanningWorker:
         if self._closing:  # the thread may be gone, and nobody would answer
             task.future.set_exception(Cancelled("waiting"))
         else:
+            # One that was cancelled waits for its turn, and is not to hold its surfaces until then.
+            task.future.add_done_callback(lambda _: setattr(task, "work", None))
             self._tasks.put(task)
         return task.future
 
@@ -173,15 +175,17 @@ class PlanningWorker:
 
     def _settle(self, task: _Task) -> None:
         """Do a task and fill its future, whatever happens."""
+        work = task.work
+        assert work is not None
         try:
-            task.future.set_result(self._perform(task))
+            task.future.set_result(self._perform(task, work))
         except PlanningFailed as error:
             task.future.set_exception(error)
         except Exception as error:
             # Gone, or with an answer to come that nobody waits for any more.
             how = self._drop_process()
             task.future.set_exception(self._told(error, how))
-            if not isinstance(task.work, Preparation):  # who dies while preparing goes on dying
+            if not isinstance(work, Preparation):  # who dies while preparing goes on dying
                 self.prepare()
         finally:
             with self._lock:
@@ -195,7 +199,7 @@ class PlanningWorker:
             return Cancelled("planning")
         return WorkerLost(str(error) if isinstance(error, _Hung) else how)
 
-    def _perform(self, task: _Task) -> Result:
+    def _perform(self, task: _Task, work: Work) -> Result:
         """Send a task's work and wait for its answer.
 
         Raises:
@@ -203,18 +207,18 @@ class PlanningWorker:
         """
         process = self._started()
         try:
-            process.send(task.work)
+            process.send(work)
         except ConnectionError:  # it died while idle, and has not seen this work
             self._drop_process()
             process = self._started()
-            process.send(task.work)
+            process.send(work)
         told = False  # that the task is cancelled
         while True:
             if task.cancelled and not told:
                 told = True
-                process.send(Cancellation(task.work.id))
+                process.send(Cancellation(work.id))
             answer = self._heard(process)
-            if answer is None or answer.id != task.work.id:
+            if answer is None or answer.id != work.id:
                 continue
             if isinstance(answer, Reported):
                 task.report(answer)
