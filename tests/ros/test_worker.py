@@ -15,10 +15,11 @@ import numpy as np
 import pytest
 
 from rbprm_core.errors import Cancelled, ErrorCode
+from rbprm_core.guide.options import GuideOptions
 from rbprm_core.guide.space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan import ContactPlan, SurfaceEntry
-from rbprm_core.request import PlanRequest
+from rbprm_core.request import PlannerOptions, PlanRequest
 from rbprm_ros import worker as worker_module
 from rbprm_ros.environment import Environment, Snapshot, SurfaceUpdate
 from rbprm_ros.failure import PlanningFailed
@@ -221,6 +222,31 @@ def process_of(worker: PlanningWorker) -> int:
     """Id of a worker's process."""
     assert worker._process is not None
     return worker._process.popen.pid
+
+
+def test_roadmaps_are_kept_where_a_job_asks_for_it(walk: Job) -> None:
+    """Round a wall: another seed's search then finds the way that is known already."""
+    worker = PlanningWorker(RobotChoice("hyq"), ignore)
+    options = PlannerOptions(guide=GuideOptions(planner="prm"), shortcuts=0, settle=False)
+    wall = ((1.5, -1.0, 0.0), (1.5, 1.0, 0.0), (1.5, 1.0, 2.0), (1.5, -1.0, 2.0))
+    scene = snapshot(strip("ground", -2, 9), SurfaceEntry(id="wall", vertices=wall))
+    request = replace(walk.request, goal=Placement.parse((3.0, 0.0, 0.6)), options=options)
+
+    def found(seed: int, keep: bool) -> ContactPlan:
+        asked = replace(request, seed=seed)
+        work = replace(walk, request=asked, snapshot=scene, keep_roadmaps=keep)
+        return planned(worker.submit(work, ignore))
+
+    try:
+        alone = [found(seed, keep=False) for seed in (0, 1, 0)]
+        kept = [found(seed, keep=True) for seed in (0, 1)]
+        assert alone[2].states == alone[0].states == kept[0].states
+        assert alone[2].guide == alone[0].guide == kept[0].guide == kept[1].guide
+        assert alone[1].guide != kept[1].guide
+        found(0, keep=False)  # and what was kept is forgotten
+        assert found(1, keep=True).guide == alone[1].guide
+    finally:
+        worker.close()
 
 
 def test_work_that_was_cancelled_holds_no_surfaces(search: Job) -> None:

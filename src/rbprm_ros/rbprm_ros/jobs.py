@@ -61,6 +61,7 @@ class Job:
         measured: whether `kept` is one state as measured, which may be a little off its contacts.
         bounds_derived: whether the request left its bounds open.
         shown: whether the states are reported while they grow, which takes a tenth of the time.
+        keep_roadmaps: whether roadmaps of the guide planner are kept from one job to the next.
     """
 
     id: str
@@ -73,6 +74,7 @@ class Job:
     measured: bool = False
     bounds_derived: bool = False
     shown: bool = False
+    keep_roadmaps: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -70,6 +70,9 @@ class Settings:
         max_calls: most calls of one service, and most goals, that wait or are served at once; what
             comes beyond ends with the code BUSY. A goal and the newer one that takes its place
             are two.
+        keep_roadmaps: keep the roadmaps of the guide planner `prm` from one plan to the next of the
+            same robot and bounds of the root, so that later ones are found sooner. What a request
+            gives then depends on what was planned before.
         classification: how a normal decides what a surface is good for.
         marker_friction: friction coefficient of the surfaces found in marker triangles.
         autostart: come up active; otherwise the node waits to be configured and activated.
@@ -88,6 +91,7 @@ class Settings:
     max_vertices: Annotated[int, Field(ge=3)] = 1_000
     max_states: Annotated[int, Field(ge=1)] = 1_000
     max_calls: Annotated[int, Field(ge=2)] = 100
+    keep_roadmaps: bool = False
     classification: Classification = field(default_factory=Classification)
     marker_friction: Friction = 0.5
     autostart: bool = True

@@ -399,7 +399,7 @@ class Planning:
             request = dataclasses.replace(request, bounds=bounds)
         return Job(
             uuid.uuid4().hex, job.robot, request, options.time_limit, snapshot, kept, candidates,
-            bounds_derived=job.bounds_derived,
+            bounds_derived=job.bounds_derived, keep_roadmaps=self._settings().keep_roadmaps,
         )  # fmt: skip
 
     def _validation_of(self, base: Published, first: int) -> Validation:

@@ -20,6 +20,7 @@ import numpy as np
 from rbprm_core.budget import Budget, Progress
 from rbprm_core.contacts import State
 from rbprm_core.errors import Cancelled, InvalidInput, RbprmError
+from rbprm_core.guide import RoadmapStore
 from rbprm_core.plan import ContactPlan, EnvironmentEntry, StateEntry
 from rbprm_core.planner import plan
 from rbprm_core.replanning import (
@@ -56,7 +57,8 @@ LISTEN_PERIOD = 0.01  # seconds between looks for a cancellation
 
 
 class Server:
-    """Holds what is kept from one piece of work to the next: robots, the scene, the watch."""
+    """Holds what is kept from one piece of work to the next: robots, the scene, the watch, and
+    roadmaps where jobs ask for it."""
 
     def __init__(self, pipe: Connection) -> None:
         self._pipe = pipe
@@ -65,6 +67,7 @@ class Server:
         self._scene: Scene | None = None  # made of it when it is first needed
         self._watch: Watch | None = None
         self._watched_key = ""
+        self._roadmaps: RoadmapStore | None = None
 
     def serve(self) -> None:
         """Serve until the pipe closes, which raises `EOFError` or `ConnectionError`."""
@@ -129,9 +132,10 @@ class Server:
         grown = GrownStates(line, data.robot) if job.shown else None
         budget = Budget(job.time_limit, line.cancelled, line.report)
         request, environment = job.request, self._snapshot.entry
+        roadmaps = self._kept_roadmaps(job)
         try:
             if not job.kept:
-                outcome = plan(request, data, scene, budget, on_states=grown)
+                outcome = plan(request, data, scene, budget, roadmaps, on_states=grown)
                 return contact_plan(outcome, request, data.robot, environment)
             kept: tuple[State, ...]
             if job.measured:
@@ -140,12 +144,20 @@ class Server:
                 kept = restored_states(job.kept, data.robot, "sequence.states")
             candidates = job.candidates or (len(kept) - 1,)
             revision = replan_from_one_of(
-                kept, candidates, request, data, scene, budget, on_states=grown
+                kept, candidates, request, data, scene, budget, grown, roadmaps
             )
         except RbprmError as error:
             raise PartlyDone(error, _partial(job, error, data, environment)) from error
         found = contact_plan(revision.outcome, request, data.robot, environment)
         return _joined(job, found, revision.first_changed)
+
+    def _kept_roadmaps(self, job: Job) -> RoadmapStore | None:
+        """Those of the jobs before, where this one is to have them; else they are forgotten."""
+        if not job.keep_roadmaps:
+            self._roadmaps = None
+        elif self._roadmaps is None:
+            self._roadmaps = RoadmapStore()
+        return self._roadmaps
 
     def _invalid(self, work: Validation, data: RobotData) -> tuple[InvalidState, ...]:
         if work.states is not None:

@@ -76,7 +76,7 @@ def job_of_message(
     )
     return Job(
         uuid.uuid4().hex, choice, request, time_limit or settings.time_limit, snapshot,
-        bounds_derived=bounds is None,
+        bounds_derived=bounds is None, keep_roadmaps=settings.keep_roadmaps,
     )  # fmt: skip
 
 
@@ -115,6 +115,7 @@ def replan_job_of_message(
     return Job(
         uuid.uuid4().hex, base.job.robot, request, time_limit or settings.time_limit, snapshot,
         kept, measured=measured, bounds_derived=base.job.bounds_derived,
+        keep_roadmaps=settings.keep_roadmaps,
     )  # fmt: skip
 
 
