@@ -43,7 +43,10 @@ def peers(context: LaunchContext) -> list[Node]:
     """Executive and recorder."""
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     namespace = given["namespace"].strip("/")
-    planner = {"planner": f"/{namespace}/rbprm_planner" if namespace else "/rbprm_planner"}
+    planner: dict[str, str | bool] = {
+        "planner": f"/{namespace}/rbprm_planner" if namespace else "/rbprm_planner",
+        "use_sim_time": LaunchConfiguration("use_sim_time", default="").perform(context) == "true",
+    }
     executive = Node(
         package="rbprm_ros",
         executable="executive",
