@@ -232,6 +232,10 @@ def test_defaults_of_a_request(request_made: PlanRequest, environment: Environme
     message = type(request_message(request_made, "", 0.0))()
     job = job_of_message(message, settings, environment)
     assert (job.time_limit, job.request.robustness_threshold) == (5.0, 8.0)
+    assert (job.request.gravity.tolist(), job.request.grip_force) == ([0.0, 0.0, -9.81], 10.0)
+    assert not job.keep_roadmaps
+    keeping = parse_settings({"keep_roadmaps": True})
+    assert job_of_message(message, keeping, environment).keep_roadmaps
     assert job.request.required_limbs == job.request.start_limbs == LIMBS
     assert job.request.bounds.low.tolist() == [-1.0, -1.0, -1.0]
     assert job.request.bounds.high.tolist() == [3.0, 3.0, 1.0]
