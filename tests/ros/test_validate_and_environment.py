@@ -8,10 +8,21 @@ from copy import deepcopy
 from typing import TYPE_CHECKING
 
 import pytest
-from rbprm_msgs.msg import ContactSequence, InvalidState, PlanningResult, Surface, SurfaceArray
+from geometry_msgs.msg import Point
+from rbprm_msgs.msg import (
+    ContactSequence,
+    InvalidState,
+    Obstacle,
+    PlanningResult,
+    Surface,
+    SurfaceArray,
+)
 from rbprm_msgs.srv import GetEnvironment, ListRobots, Plan, SetEnvironment, Validate
+from shape_msgs.msg import Mesh, MeshTriangle
 
+from rbprm_core.check import CheckReport, check_plan
 from rbprm_core.robot import known_robots
+from rbprm_ros.conversions import environment_entry, plan_of_messages
 
 if TYPE_CHECKING:
     from conftest import Executive
@@ -215,3 +226,30 @@ def test_robots(executive: Executive) -> None:
     assert set(robots) == set(known_robots())
     assert list(robots["hyq"].limbs) == ["lf_leg", "rf_leg", "lh_leg", "rh_leg"]
     assert 0.4 < robots["hyq"].reference_height < 0.8
+
+
+def test_what_is_known_suffices_for_the_check(
+    executive: Executive, ground: SurfaceArray, request_on_ground: Plan.Request
+) -> None:
+    """A sequence is clean in the environment that the planner tells; not with a new obstacle."""
+    set_surfaces(executive, ground)
+    answer = executive.call(request_on_ground)
+    known = environment(executive).environment
+    assert checked(answer, known).valid
+    where = answer.sequence.states[-1].root.position
+    corners = ((-0.2, -0.2), (0.2, -0.2), (0.0, 0.2))
+    vertices = [Point(x=where.x + x, y=where.y + y, z=where.z) for x, y in corners]
+    mesh = Mesh(vertices=vertices, triangles=[MeshTriangle(vertex_indices=[0, 1, 2])])
+    ground.obstacles = [Obstacle(id="plate", mesh=mesh)]
+    set_surfaces(executive, ground)
+    known = environment(executive).environment
+    entry = environment_entry(known).surfaces[-1]
+    assert (entry.id, entry.friction) == ("plate/0", 0.0)
+    kinds = {(v.state, v.kind) for v in checked(answer, known).violations}
+    assert (len(answer.sequence.states) - 1, "collision") in kinds
+
+
+def checked(answer: Plan.Response, known: SurfaceArray) -> CheckReport:
+    """The independent check of a plan in an environment that the planner told."""
+    plan = plan_of_messages(answer.sequence, answer.guide, environment_entry(known))
+    return check_plan(plan)

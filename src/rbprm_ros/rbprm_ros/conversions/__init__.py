@@ -24,6 +24,7 @@ from rbprm_ros.conversions.results import result_message, success_message
 from rbprm_ros.conversions.robots import robot_messages
 from rbprm_ros.conversions.status import invalid_state_messages, status_message
 from rbprm_ros.conversions.surfaces import (
+    environment_entry,
     environment_message,
     surfaces_message,
     update_of_message,
@@ -31,6 +32,7 @@ from rbprm_ros.conversions.surfaces import (
 
 __all__ = [
     "diagnostics_message",
+    "environment_entry",
     "environment_message",
     "guide_message",
     "invalid_state_messages",

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+import numpy as np
 from geometry_msgs.msg import Point
+from numpy.typing import NDArray
 from rbprm_msgs.msg import Obstacle as ObstacleMessage
 from rbprm_msgs.msg import PolygonRing, SurfaceArray
 from rbprm_msgs.msg import Surface as SurfaceMessage
 from std_msgs.msg import Header
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import SurfaceEntry
+from rbprm_core.plan import EnvironmentEntry, SurfaceEntry
 from rbprm_core.scene import Surface
 from rbprm_ros.conversions.geometry import (
     Triple,
@@ -62,6 +64,27 @@ def environment_message(snapshot: Snapshot, header: Header) -> SurfaceArray:
         surfaces=[_entry_message(entry) for entry in snapshot.entry.surfaces],
         obstacles=[_obstacle_message(obstacle) for obstacle in snapshot.obstacles],
     )
+
+
+def environment_entry(message: SurfaceArray) -> EnvironmentEntry:
+    """What a plan was made in, for its check: of the answer of ~/get_environment.
+
+    An obstacle is its triangles, named "id/number", without friction: nothing is to stand on them.
+
+    Raises:
+        InvalidInput: obstacles that are no triangles.
+    """
+    obstacles = [
+        SurfaceEntry(id=f"{obstacle.id}/{k}", vertices=_corners(triangle), friction=0.0)
+        for i, obstacle in enumerate(message.obstacles)
+        for k, triangle in enumerate(triangles_of_mesh(obstacle.mesh, f"obstacles.{i}.mesh"))
+    ]
+    surfaces = [_entry(surface) for surface in message.surfaces]
+    return EnvironmentEntry(surfaces=(*surfaces, *obstacles))
+
+
+def _corners(triangle: NDArray[np.float64]) -> tuple[Triple, ...]:
+    return tuple((x, y, z) for x, y, z in triangle.tolist())
 
 
 def _obstacles(messages: Sequence[ObstacleMessage], settings: Settings) -> tuple[Obstacle, ...]:
