@@ -15,7 +15,7 @@ from pathlib import Path
 from distributed import Client, LocalCluster
 from rich.console import Console
 
-from rbprm_core.bench import Case, run_campaign
+from rbprm_core.bench import Case, run_campaign, write_campaign
 from rbprm_core.bench.tables import overview_table
 
 
@@ -40,7 +40,7 @@ def main() -> None:
             ),
         )
     console.print(overview_table(campaign.aggregates), markup=False)
-    for path in campaign.write(arguments.out):
+    for path in write_campaign(campaign, arguments.out):
         console.print(f"written: {path}")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Container, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -53,31 +52,8 @@ class Campaign:
         """The figures of each case, in the order of the records."""
         return aggregate(self.records)
 
-    def write(self, folder: str | Path) -> tuple[Path, ...]:
-        """Leave the campaign in a folder: JSON first, then tables and plots.
-
-        Returns:
-            The files written.
-
-        Raises:
-            InvalidInput: the folder cannot be made or written to.
-        """
-        from rbprm_core.bench.plots import write_plots  # matplotlib takes a second
-        from rbprm_core.bench.tables import markdown
-
-        folder = Path(folder)
-        data, tables = folder / "campaign.json", folder / "campaign.md"
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            data.write_text(json.dumps(self._content(), indent=1) + "\n")
-            tables.write_text(markdown(self))
-            plots = write_plots(self, folder) if self.records else ()
-        except OSError as error:
-            reason = f"cannot be written to: {error.strerror}"
-            raise InvalidInput("out", str(folder), reason) from error
-        return (data, tables, *plots)
-
-    def _content(self) -> dict[str, Any]:
+    def content(self) -> dict[str, Any]:
+        """The campaign and its figures, as JSON can hold them."""
         content: dict[str, Any] = TypeAdapter(Campaign).dump_python(self, mode="json")
         figures = TypeAdapter(tuple[Aggregate, ...]).dump_python(self.aggregates, mode="json")
         return {**content, "aggregates": figures}

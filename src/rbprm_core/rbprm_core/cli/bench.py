@@ -61,7 +61,7 @@ def bench(
     plots in a folder. Ctrl-C ends the campaign and keeps the runs that are done.
     """
     # Imported here: the planner and joblib take a second that other commands need not wait for.
-    from rbprm_core.bench import Campaign, Case, run_campaign
+    from rbprm_core.bench import Campaign, Case, run_campaign, write_campaign
 
     if seeds < 1:
         raise InvalidInput("seeds", seeds, "must be at least 1")
@@ -86,7 +86,7 @@ def bench(
             before=before,
         )
     console.print(overview(campaign))
-    for path in campaign.write(out):
+    for path in write_campaign(campaign, out):
         console.print(f"written: {path}")
     if campaign.stopped == "interrupted":
         raise KeyboardInterrupt
