@@ -51,6 +51,8 @@ OF_ACTIONS = {"call": ("request", "subscribe"), "execute": ("reply", "publish")}
 # What the process of each enclave logs when it does what it is for: the executive, when it walks.
 UP = {"/planner": "is ready", "/perception": "surfaces on", "/executive": "plan of"}
 
+LOG_LEVEL = ("--log-level", "rbprm_planner:=debug")  # it logs what it takes in
+
 RESTING = 10  # looks at the graph, a tenth of a second apart, in which nothing changes
 TIMEOUT = 150.0  # seconds
 
@@ -177,8 +179,12 @@ def test_nobody_manages_the_planner_or_speaks_in_its_name() -> None:
 
 def test_nodes_as_the_document_starts_them_have_what_they_may(site: Site, looker: Node) -> None:
     assert commands().keys() == UP.keys() == PROFILES.keys()
+    running: dict[str, Process] = {}
     for enclave, command in commands().items():
-        wait_for(UP[enclave], site.start(*command))
+        running[enclave] = site.start(*command, *LOG_LEVEL)
+        wait_for(UP[enclave], running[enclave])
+        if enclave == "/perception":
+            wait_for("surfaces 1:", running["/planner"])  # what the executive plans on
     assert {enclave: excess(looker, enclave) for enclave in UP} == {enclave: {} for enclave in UP}
 
 
