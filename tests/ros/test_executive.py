@@ -134,3 +134,16 @@ def test_without_a_planner_it_ends_with_an_error(site: Site) -> None:
     executive = site.start("executive", "--ros-args", "-p", "timeout:=0.5")
     assert executive.popen.wait(20.0) == 1
     assert "no planner /rbprm_planner; is it started" in executive.log.read_text()
+
+
+def test_waits_for_the_surfaces_of_others(site: Site) -> None:
+    site.planner()
+    quiet = ("-p", "surfaces:=false", "-p", "edits:=false")
+    executive = site.start("executive", "--ros-args", "-p", "scenario:=flat", *quiet)
+    onlooker = site.executive()
+    topic = f"{NODE}/execution_state"
+    onlooker.spin_until(lambda: onlooker.node.count_publishers(topic) > 0, "executive")
+    time.sleep(1.0)
+    assert executive.popen.poll() is None, executive.log.read_text()
+    site.start("publish_surfaces", "flat")
+    executive.wait_for("plan of")

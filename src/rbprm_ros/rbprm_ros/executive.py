@@ -120,6 +120,8 @@ class Executive:
             self._client.wait_until(heard, "subscriber of the surfaces", self._mission.timeout)
         if self._mission.surfaces:
             self._see_all()
+        else:
+            self._wait_for_surfaces()
         self._walk(self._plan())
 
     def _see_all(self) -> None:
@@ -134,6 +136,14 @@ class Executive:
                 return
             if time.monotonic() > end:
                 raise MissionFailed("the planner has other surfaces: who else publishes them?")
+            self._pause(0.05)
+
+    def _wait_for_surfaces(self) -> None:
+        """Wait until others have sent the planner something to stand on."""
+        end = time.monotonic() + self._mission.timeout
+        while not self._client.environment().environment.surfaces and not self._stop.is_set():
+            if time.monotonic() > end:
+                raise MissionFailed("the planner has no surfaces: who publishes them?")
             self._pause(0.05)
 
     def _plan(self) -> ContactSequence:
