@@ -111,3 +111,21 @@ def test_what_was_waiting_when_all_was_forgotten_does_not_come_back(given: Given
     for _ in range(50):  # until the search is over
         given.executor.spin_once(0.02)
     assert given.ids == {"new"}
+
+
+def test_a_fault_is_told_and_lets_the_next_pass(
+    given: Given, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Who waits for an update hears of what nobody foresaw, in a large mesh and in a small one."""
+
+    def fail(*_: object) -> None:
+        raise MemoryError("no room")
+
+    for module in ("intake", "environment"):
+        monkeypatch.setattr(f"rbprm_ros.{module}.search", fail)
+    for cells in (10, 5):
+        failed, after = given.intake.take(terrain("mesh", cells)), given.intake.take(surface("s"))
+        settled = given.executor.create_task(given.intake.settled())
+        given.spin_until(settled.done)
+        assert isinstance(failed.exception(), MemoryError)
+        assert after.done()

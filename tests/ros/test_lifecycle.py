@@ -159,6 +159,7 @@ def test_nothing_is_said_to_hold_while_nobody_looks(
     activated.spin_until(
         lambda: any(s.state == PlannerStatus.INVALIDATED for s in statuses[count:]), "a look"
     )
+    assert PlannerStatus.VALID not in {status.state for status in statuses[count:]}
 
 
 def test_cleanup_forgets(

@@ -10,7 +10,7 @@ from concurrent.futures import Future as WorkFuture
 from rclpy.executors import Executor
 from rclpy.task import Future
 
-from rbprm_core.errors import Cancelled, InvalidInput
+from rbprm_core.errors import Cancelled
 from rbprm_core.scene import Classification
 from rbprm_ros.awaiting import outcome_of
 from rbprm_ros.environment import (
@@ -95,9 +95,15 @@ class Intake:
     async def _search(
         self, update: SurfaceUpdate, meshes: tuple[MeshUpdate, ...], done: Future
     ) -> None:
-        work = _searched(meshes, update.classification)
-        found = await outcome_of(work, self._executor())
-        if self._searching is done:  # otherwise it was forgotten
+        try:
+            found = await outcome_of(_searched(meshes, update.classification), self._executor())
+        except Exception as error:
+            if self._searching is done:  # otherwise it was forgotten
+                self._searching = None
+                self._refuse(done, error)
+                self._go_on()
+            return
+        if self._searching is done:
             self._searching = None
             self._apply(update, found, done)
             self._go_on()
@@ -106,13 +112,18 @@ class Intake:
         before = self._environment.version
         try:
             self._environment.update(update, self._limits(), found)
-        except InvalidInput as error:
-            done.set_exception(error)
-        else:
-            if self._environment.version != before:
-                self._on_change()
-            done.set_result(None)
+        except Exception as error:
+            self._refuse(done, error)
+            return
+        if self._environment.version != before:
+            self._on_change()
+        done.set_result(None)
         self._executor().wake()  # who awaits it goes on when the executor looks, not by itself
+
+    def _refuse(self, done: Future, error: Exception) -> None:
+        """Tell why an update is not taken in, faults included: or calls would wait for ever."""
+        done.set_exception(error)
+        self._executor().wake()
 
 
 def _searched(

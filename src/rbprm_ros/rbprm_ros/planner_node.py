@@ -22,7 +22,7 @@ from rclpy.executors import Executor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from visualization_msgs.msg import MarkerArray
 
-from rbprm_core.errors import InvalidInput
+from rbprm_core.errors import Cancelled, InvalidInput
 from rbprm_core.robot import known_robots
 from rbprm_core.validation import one_of
 from rbprm_ros.conversions import (
@@ -208,7 +208,7 @@ class PlannerNode(LifecycleNode):
     async def _take_all(self) -> None:
         """Take in what was published before the call that is to be served."""
         for topic in self._inputs:
-            topic.hand_on_all()
+            await topic.settled()
         await self._intake.settled()
 
     async def _job_of_goal(self, message: PlanContacts.Goal) -> Job:
@@ -274,7 +274,7 @@ class PlannerNode(LifecycleNode):
         refused = self._environment.rejection
 
         def refuse(error: Exception | None) -> None:
-            if not isinstance(error, InvalidInput):
+            if error is None or isinstance(error, Cancelled):
                 return
             self._environment.rejection = str(error)
             if str(error) != refused:  # once, not 30 times a second

@@ -189,6 +189,8 @@ class Planning:
     def resume(self) -> None:
         """Keep the published sequence valid from now on."""
         self._halted = False
+        if self._environment.version != self.standing.environment_version:
+            self._verdict = None  # nobody has held it against these surfaces
         self._rest()
         self.surfaces_changed()  # they may have, while nobody looked
 
@@ -330,8 +332,10 @@ class Planning:
             self._restarts = 0
             self._judge(Activity.VALID, invalid=(), **_seen(snapshot))
             return
-        if invalid:  # otherwise the rest is missing, and the way to it may be open again
+        if invalid:
             self._judge(Activity.INVALIDATED, invalid=invalid, **_seen(snapshot))
+        else:  # the rest is missing, and the way to it may be open again
+            self._stand(invalid=(), **_seen(snapshot))
         if isinstance(decision, Stuck):
             failure = Failure(ErrorCode.START_UNREACHABLE, decision.reason)
             self._judge(Activity.FAILED, failure)

@@ -21,6 +21,7 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
+from rclpy.task import Future
 
 from rbprm_ros.qos import LATCHED_STREAM, STREAM
 
@@ -62,18 +63,32 @@ class EveryPublisher:
                 callback_group=group,
                 raw=raw,
                 # A volatile publisher does not match the first reader, by intention: no warning.
-                event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
+                event_callbacks=SubscriptionEventCallbacks(
+                    matched=lambda _: self._look_for_publishers(), use_default_callbacks=False
+                ),
             )
             for qos, take in ((LATCHED_STREAM, self._take_latched), (STREAM, self._take_volatile))
         )
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._settling = node.create_timer(SETTLING, self.hand_on_all, group, steady)
+        self._settling = node.create_timer(SETTLING, self._end_settling, group, steady)
         self._settling.cancel()
+        self._settled: Future | None = None  # awaited by those who want all that has come
 
-    def hand_on_all(self) -> None:
-        """Call back for all that has come: what is asked next is about that."""
+    async def settled(self) -> None:
+        """Call back for all that has come, and wait until that is done."""
+        self._hand_on()
+        while not self._settling.is_canceled():
+            self._settled = self._settled or Future()
+            await self._settled
+
+    def _end_settling(self) -> None:
         self._settling.cancel()
         self._hand_on()
+        if self._settled is not None and self._settling.is_canceled():
+            self._settled.set_result(None)
+            self._settled = None
+            if self._node.executor is not None:
+                self._node.executor.wake()
 
     def _take_latched(self, message: Any, info: dict[str, Any]) -> None:
         self._keep(message, info, in_turn=True)
@@ -81,11 +96,13 @@ class EveryPublisher:
 
     def _take_volatile(self, message: Any, info: dict[str, Any]) -> None:
         self._keep(message, info, in_turn=False)
+        self._hand_on()
+
+    def _look_for_publishers(self) -> None:
         publishers = self._node.count_publishers(self._volatile.topic_name)
         if publishers > self._publishers:
             self._settling.reset()
         self._publishers = publishers
-        self._hand_on()
 
     def _hand_on(self) -> None:
         """Empty both readers, and call back for what is due, in the order in which it was sent."""
@@ -94,6 +111,7 @@ class EveryPublisher:
                 while taken := reader.handle.take_message(reader.msg_type, reader.raw):
                     message, info = taken
                     self._keep(message, info, in_turn=reader is self._latched)
+        self._look_for_publishers()  # the event may come after the first message
         due = self._waiting if self._settling.is_canceled() else self._in_turn
         messages = [self._waiting.pop(key) for key in sorted(due)]
         self._in_turn.clear()
