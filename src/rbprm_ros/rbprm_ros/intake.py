@@ -95,18 +95,19 @@ class Intake:
     async def _search(
         self, update: SurfaceUpdate, meshes: tuple[MeshUpdate, ...], done: Future
     ) -> None:
+        found: tuple[FoundSurfaces, ...] | Exception
         try:
             found = await outcome_of(_searched(meshes, update.classification), self._executor())
         except Exception as error:
-            if self._searching is done:  # otherwise it was forgotten
-                self._searching = None
-                self._refuse(done, error)
-                self._go_on()
+            found = error
+        if self._searching is not done:  # it was forgotten
             return
-        if self._searching is done:
-            self._searching = None
+        self._searching = None
+        if isinstance(found, Exception):
+            self._refuse(done, found)
+        else:
             self._apply(update, found, done)
-            self._go_on()
+        self._go_on()
 
     def _apply(self, update: SurfaceUpdate, found: tuple[FoundSurfaces, ...], done: Future) -> None:
         before = self._environment.version

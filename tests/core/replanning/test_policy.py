@@ -18,7 +18,6 @@ def situations(draw: st.DrawFn) -> Situation:
         executed=draw(st.integers(-1, states - 1)),
         invalid=tuple(draw(st.lists(st.integers(0, states - 1), max_size=20))),
         complete=draw(st.booleans()),
-        changed=draw(st.booleans()),
     )
 
 
@@ -26,9 +25,7 @@ def situations(draw: st.DrawFn) -> Situation:
 def test_what_is_over_never_counts(given_: Situation) -> None:
     executed = max(given_.executed, 0)
     ahead = tuple(i for i in given_.invalid if i >= executed)
-    assert decide(given_) == decide(
-        Situation(given_.states, executed, ahead, given_.complete, given_.changed)
-    )
+    assert decide(given_) == decide(Situation(given_.states, executed, ahead, given_.complete))
 
 
 @given(situations())
@@ -38,7 +35,7 @@ def test_it_goes_on_from_states_that_hold_and_are_not_over(given_: Situation) ->
     decision = decide(given_)
     if executed in ahead:
         assert isinstance(decision, Stuck)
-    elif ahead or (not given_.complete and given_.changed):
+    elif ahead or not given_.complete:
         assert isinstance(decision, Replan)
         chosen = decision.candidates
         last = min(ahead) - 1 if ahead else given_.states - 1
@@ -69,8 +66,7 @@ def test_a_robot_that_stands_on_nothing_is_stuck() -> None:
 
 def test_what_is_left_of_a_failed_plan_is_planned_on_when_surfaces_change() -> None:
     assert decide(Situation(10, 6, complete=False)) == Replan((9, 7, 6))
-    assert decide(Situation(10, 6, complete=False, changed=False)) == Keep()
-    assert decide(Situation(10, 6, (8,), complete=False, changed=False)) == Replan((7, 6))
+    assert decide(Situation(10, 6, (8,), complete=False)) == Replan((7, 6))
 
 
 def test_no_sequence_needs_no_decision() -> None:

@@ -24,14 +24,12 @@ class Situation:
             count.
         complete: True where the sequence reaches its goal; False for the part that holds of one
             whose replanning failed.
-        changed: True where the surroundings changed since the last attempt to plan.
     """
 
     states: int
     executed: int = -1
     invalid: tuple[int, ...] = ()
     complete: bool = True
-    changed: bool = True
 
 
 @dataclass(frozen=True)
@@ -81,7 +79,7 @@ def decide(situation: Situation) -> Decision:
         )
     if ahead:
         return Replan(_candidates(min(ahead) - 1, executed))
-    if not situation.complete and situation.changed:
+    if not situation.complete:
         return Replan(_candidates(situation.states - 1, executed))
     return Keep()
 
