@@ -33,7 +33,7 @@ from rich.console import Console
 from rbprm_core.check import check_plan
 from rbprm_core.cli.plan import summary
 from rbprm_core.errors import RbprmError
-from rbprm_core.plan import ContactPlan
+from rbprm_core.plan_record import ContactPlan
 from rbprm_core.scenario import Scenario, load_scenario
 from rbprm_core.view.page import write_page
 from rbprm_core.view.picture import write_picture

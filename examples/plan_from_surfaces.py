@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from rbprm_core.budget import Budget
-from rbprm_core.guide import RootBounds
+from rbprm_core.guide.root import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.planner import plan
 from rbprm_core.request import PlanRequest

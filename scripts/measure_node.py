@@ -265,7 +265,7 @@ def require(result: PlanningResult, code: int) -> None:
 def measure_sigterm(options: argparse.Namespace) -> None:
     """SIGTERM under load: exit code, answer to the goal under way, processes left behind."""
     surfaces, seconds = field(COLUMNS), []
-    tally: Counter[str] = Counter()
+    counters: Counter[str] = Counter()
     for _ in range(options.count):
         with planner(parameters=ENDLESS) as session:
             session.see(lambda: session.send(*surfaces.values(), is_diff=False))
@@ -276,13 +276,13 @@ def measure_sigterm(options: argparse.Namespace) -> None:
                 session.spinner.spin_until(lambda: False, 0.005)
             seconds.append(time.perf_counter() - start)
             session.spinner.spin_until(lambda: call.done, 1.0)  # noqa: B023
-            tally["exit code 0"] += session.process.poll() == 0
+            counters["exit code 0"] += session.process.poll() == 0
             code = call.result(0.0).result.code if call.done else None
-            tally["goal answered with CANCELLED"] += code == PlanningResult.CANCELLED
-            tally["no process left"] += not any(Path(f"/proc/{pid}").exists() for pid in workers)
+            counters["goal answered with CANCELLED"] += code == PlanningResult.CANCELLED
+            counters["no process left"] += not any(Path(f"/proc/{pid}").exists() for pid in workers)
     print_head()
     print_times("SIGTERM to the end", seconds)
-    print("\n" + "; ".join(f"{what}: {n} of {options.count}" for what, n in tally.items()))
+    print("\n" + "; ".join(f"{what}: {n} of {options.count}" for what, n in counters.items()))
 
 
 def measure_soak(options: argparse.Namespace) -> None:

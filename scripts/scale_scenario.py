@@ -24,11 +24,11 @@ def main(name: str, scale: float) -> None:
     """Print the scaled surfaces of a scenario as TOML."""
     scenario = load_scenario(name)
     rule = scenario.environment.classification
-    rule = rule.__class__(rule.support, rule.lean, rule.least_area * scale**2)
+    rule = rule.__class__(rule.support, rule.lean, rule.min_area * scale**2)
     print("[environment]")
     print(
         f"classification = {{ support = {rule.support:g}, lean = {rule.lean:g}, "
-        f"least_area = {rule.least_area:g} }}"
+        f"min_area = {rule.min_area:g} }}"
     )
     scene = load_scene(scenario.environment_entry(), scenario.environment.classification)
     for k, surface in enumerate(scene.surfaces):

@@ -10,7 +10,7 @@ import sys
 import textwrap
 from pathlib import Path
 
-from rbprm_ros.parameters import MOST_FLOAT, MOST_INTEGER, Option, parameter_options
+from rbprm_ros.parameters import MAX_FLOAT, MAX_INTEGER, Option, parameter_options
 
 FOLDER = Path(__file__).resolve().parents[1] / "src" / "rbprm_ros" / "config"
 WIDTH = 96
@@ -21,7 +21,7 @@ ROBOTS = {"hyq": 10.0, "anymal": 3.5, "go2": 2.0, "talos": 2.0, "g1": 2.0, "alle
 # Lengths of a hand, not of a walking robot, as the scenario `pen` has them.
 OTHERS = {
     "allegro": {
-        "classification.least_area": 0.0,
+        "classification.min_area": 0.0,
         "guide.resolution": 0.01,
         "guide.rrt.step": 0.05,
         "generator.band": 0.01,
@@ -30,7 +30,7 @@ OTHERS = {
         "generator.move": 0.005,
         "generator.candidates": 100,
         "sequence.step": 0.02,
-        "sequence.least_step": 0.0025,
+        "sequence.min_step": 0.0025,
         "sequence.look_ahead": 0.05,
     }
 }
@@ -69,7 +69,7 @@ def bounds(option: Option) -> str:
         return "Only at the start."
     for ranges in (option.descriptor.floating_point_range, option.descriptor.integer_range):
         for span in ranges:
-            if span.to_value in (MOST_FLOAT, MOST_INTEGER):
+            if span.to_value in (MAX_FLOAT, MAX_INTEGER):
                 return f"At least {span.from_value:g}."
             return f"From {span.from_value:g} to {span.to_value:g}."
     return ""

@@ -11,10 +11,10 @@ from hypothesis import settings
 from numpy.typing import NDArray
 
 from rbprm_core.budget import Budget
-from rbprm_core.plan import ContactPlan
+from rbprm_core.plan_conversion.states_to_plan import contact_plan
+from rbprm_core.plan_record import ContactPlan
 from rbprm_core.planner import Outcome, plan
 from rbprm_core.request import PlanRequest
-from rbprm_core.result import contact_plan
 from rbprm_core.robot import Robot, RobotDescription, load_description
 from rbprm_core.robot.data import RobotData, load_robot_data
 from rbprm_core.scenario import Scenario, load_scenario
@@ -287,3 +287,24 @@ def box(name: str, low: Array, high: Array, friction: float = 0.5) -> list[Surfa
             corners = ring if side > 0 else ring[::-1]
             faces.append(make_surface(f"{name}_{axis}{side:+d}", corners, friction))
     return faces
+
+
+Planned = tuple[RobotData, Scene, PlanRequest, Outcome]
+
+
+def planned(name: str, data: RobotData) -> Planned:
+    text = load_scenario(name)
+    request, scene = text.request_for(data.robot), text.scene()
+    return data, scene, request, plan(request, data, scene, Budget(60.0))
+
+
+@pytest.fixture(scope="session")
+def climb(talos_data: RobotData) -> Planned:
+    """Talos over a step of 20 cm: surfaces ground, riser and step."""
+    return planned("step20", talos_data)
+
+
+@pytest.fixture(scope="session")
+def trot(hyq_data: RobotData) -> Planned:
+    """HyQ on flat ground."""
+    return planned("flat", hyq_data)

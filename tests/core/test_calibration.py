@@ -18,7 +18,7 @@ from rbprm_core.calibration import SCALES, ScaleCounts, calibrate
 from rbprm_core.cli.calibrate import _table
 from rbprm_core.cli.main import main
 from rbprm_core.errors import InvalidInput
-from rbprm_core.guide import RootBounds
+from rbprm_core.guide.root import RootBounds
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scenario import Scenario
 from rbprm_core.scene import Scene, make_surface

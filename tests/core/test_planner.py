@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from rbprm_core.body.state import State
 from rbprm_core.budget import Budget, Progress
 from rbprm_core.check import check_plan
-from rbprm_core.contacts import ContactGenerator, State, start_state
+from rbprm_core.contacts.along_guide import ContactGenerator, start_state
 from rbprm_core.environment import load_scene
 from rbprm_core.errors import (
     Cancelled,
@@ -27,12 +28,12 @@ from rbprm_core.errors import (
     StartUnreachable,
     TimeLimitReached,
 )
-from rbprm_core.guide import GuideOptions, GuidePath, Reachability, RootBounds, RrtOptions
+from rbprm_core.guide.root import GuideOptions, GuidePath, Reachability, RootBounds, RrtOptions
 from rbprm_core.placement import Placement
-from rbprm_core.plan import ContactPlan, EnvironmentEntry, MeshEntry, SurfaceEntry
+from rbprm_core.plan_conversion.states_to_plan import contact_plan
+from rbprm_core.plan_record import ContactPlan, EnvironmentEntry, MeshEntry, SurfaceEntry
 from rbprm_core.planner import Outcome, plan
 from rbprm_core.request import PlannerOptions, PlanRequest
-from rbprm_core.result import contact_plan
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scenario import Scenario, load_scenario
 from rbprm_core.scene import Classification, Scene, Surface, make_surface
@@ -49,7 +50,7 @@ PROGRAM = """
 import json, sys
 from rbprm_core.budget import Budget
 from rbprm_core.planner import plan
-from rbprm_core.result import contact_plan
+from rbprm_core.plan_conversion.states_to_plan import contact_plan
 from rbprm_core.robot import Robot, load_description
 from rbprm_core.robot.data import load_robot_data
 from rbprm_core.scenario import load_scenario
@@ -85,7 +86,7 @@ def assert_clean(found: ContactPlan) -> None:
     report = check_plan(found)
     assert [str(violation) for violation in report.violations] == []
     assert report.states == len(found.states) > 1
-    assert report.least_robustness >= found.request.robustness_threshold - 1e-3
+    assert report.min_robustness >= found.request.robustness_threshold - 1e-3
 
 
 def test_the_rubble_is_crossed_cleanly(rubble_plans: dict[int, ContactPlan]) -> None:

@@ -11,9 +11,9 @@ import pytest
 
 from rbprm_core.budget import Budget
 from rbprm_core.check import check_plan
-from rbprm_core.plan import ContactPlan
+from rbprm_core.plan_conversion.states_to_plan import contact_plan
+from rbprm_core.plan_record import ContactPlan
 from rbprm_core.planner import plan
-from rbprm_core.result import contact_plan
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scenario import known_scenarios, load_scenario
 
@@ -29,7 +29,7 @@ def planned(name: str, data: RobotData) -> ContactPlan:
     found = contact_plan(outcome, request, data.robot, text.environment_entry())
     report = check_plan(found)
     assert report.valid, report.violations
-    assert report.least_robustness >= request.robustness_threshold - 1e-6
+    assert report.min_robustness >= request.robustness_threshold - 1e-6
     assert found.states[-1].root.position == pytest.approx(request.goal.position.tolist())
     return found
 

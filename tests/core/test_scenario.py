@@ -14,8 +14,8 @@ from rbprm_core.errors import InvalidInput
 from rbprm_core.robot import Robot, load_description
 from rbprm_core.robot.limb import Limb
 from rbprm_core.scenario import Scenario, known_scenarios, load_scenario
+from rbprm_core.surface_kind import SurfaceKind
 from rbprm_core.validation import parse_record
-from rbprm_core.vocabulary import SurfaceKind
 
 NAN, INF = float("nan"), float("inf")
 MESH = {"file": "hpp_environments/meshes/multicontact/ground.stl"}
@@ -328,7 +328,7 @@ def test_a_file_that_is_no_toml(tmp_path: Path) -> None:
         ("options.guide.rrt", {"iterations": 10**30}),
         ("options.guide.prm", {"neighbours": 10**30}),
         ("options.sequence", {"step": 1e30}),
-        ("options.sequence", {"least_step": 1e-30}),
+        ("options.sequence", {"min_step": 1e-30}),
         ("options.sequence", {"look_ahead": 1e30}),
         ("options.sequence", {"root_slack": 1e30}),
         ("options.generator", {"band": 1e30}),

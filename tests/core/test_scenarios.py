@@ -9,9 +9,9 @@ import pytest
 
 from rbprm_core.budget import Budget
 from rbprm_core.check import check_plan
-from rbprm_core.plan import ContactPlan
+from rbprm_core.plan_conversion.states_to_plan import contact_plan
+from rbprm_core.plan_record import ContactPlan
 from rbprm_core.planner import plan
-from rbprm_core.result import contact_plan
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scenario import Scenario, known_scenarios, load_scenario
 
@@ -40,7 +40,7 @@ def test_a_plan_is_found_and_valid(name: str, scenario_data: DataOf) -> None:
     found = planned(name, scenario_data)
     report = check_plan(found)
     assert [str(violation) for violation in report.violations] == []
-    assert report.least_robustness >= found.request.robustness_threshold - 1e-3
+    assert report.min_robustness >= found.request.robustness_threshold - 1e-3
     assert report.goal_limbs
     assert report.goal_missing == ()
     slack = found.request.position_tolerance + 1e-9

@@ -8,9 +8,9 @@ import pytest
 
 from rbprm_core.budget import Budget
 from rbprm_core.check import CheckReport, check_plan
-from rbprm_core.plan import ContactPlan
+from rbprm_core.plan_conversion.states_to_plan import contact_plan
+from rbprm_core.plan_record import ContactPlan
 from rbprm_core.planner import plan
-from rbprm_core.result import contact_plan
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scenario import Scenario, load_scenario
 

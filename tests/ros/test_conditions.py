@@ -14,7 +14,7 @@ from std_msgs.msg import Header
 from tests.ros.conftest import square, stamped
 
 from rbprm_core.check import check_plan
-from rbprm_core.plan import ContactPlan, EnvironmentEntry, SurfaceEntry
+from rbprm_core.plan_record import ContactPlan, EnvironmentEntry, SurfaceEntry
 from rbprm_core.scenario import Scenario, load_scenario
 from rbprm_ros.conversions import plan_of_messages, request_message, surfaces_message
 from rbprm_ros.executive import not_asked_for
@@ -71,7 +71,7 @@ def test_hand_regrasps_a_pen_without_gravity(site: Site) -> None:
     assert min(state.robustness for state in plan.states) > 0
     assert executive.ask(Validate, "validate", Validate.Request()).valid
     # The same as a sequence that somebody sends: its own threshold and grip count.
-    answer.sequence.robustness_threshold = 0.999 * answer.statistics.least_robustness
+    answer.sequence.robustness_threshold = 0.999 * answer.statistics.min_robustness
     sent = Validate.Request(sequence=answer.sequence)
     assert executive.ask(Validate, "validate", sent).valid
     sent.sequence.grip_force = 10.0
@@ -120,7 +120,7 @@ def torso_turns(sequence: ContactSequence) -> bool:
 def test_states_under_the_threshold_are_told(
     site: Site, ground: SurfaceArray, request_on_ground: Plan.Request
 ) -> None:
-    site.planner("--ros-args", "-p", "generator.most_robust:=true")
+    site.planner("--ros-args", "-p", "generator.accept_below_threshold:=true")
     executive = site.executive()
     executive.give(ground)
     request_on_ground.robustness_threshold = 10.0
@@ -129,7 +129,7 @@ def test_states_under_the_threshold_are_told(
     request_on_ground.robustness_threshold = 500.0
     answer = executive.call(request_on_ground)
     assert answer.result.code == PlanningResult.SUCCESS, answer.result.text
-    least = answer.statistics.least_robustness
+    least = answer.statistics.min_robustness
     assert least < 500.0
     assert answer.result.text.startswith(f"the least robustness is {least:.3g} N, under the 500 N")
 

@@ -13,9 +13,9 @@ from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import Header
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.guide.space import RootBounds
+from rbprm_core.guide.root.space import RootBounds
 from rbprm_core.placement import Placement
-from rbprm_core.plan import (
+from rbprm_core.plan_record import (
     ContactEntry,
     ContactPlan,
     EnvironmentEntry,
@@ -244,15 +244,15 @@ def test_defaults_of_a_request(request_made: PlanRequest, environment: Environme
 def test_as_many_contacts_as_limbs_and_few_points(plan: ContactPlan) -> None:
     message = sequence_message(plan, Header(), "id", 0)
     contacts = message.states[0].contacts
-    assert read_sequence(message, most_states=10, limbs=1).states == plan.states
+    assert read_sequence(message, max_states=10, limbs=1).states == plan.states
     message.states[0].contacts = [*contacts, *contacts]
     with pytest.raises(InvalidInput) as caught:
-        read_sequence(message, most_states=10, limbs=1)
+        read_sequence(message, max_states=10, limbs=1)
     assert caught.value.field == "sequence.states.0.contacts"
     contacts[0].points = [Point()] * 17
     message.states[0].contacts = contacts
     with pytest.raises(InvalidInput) as caught:
-        read_sequence(message, most_states=10, limbs=1)
+        read_sequence(message, max_states=10, limbs=1)
     assert caught.value.field == "sequence.states.0.contacts.0.points"
 
 
@@ -261,7 +261,7 @@ def test_a_sequences_threshold_is_a_force_that_can_be(plan: ContactPlan, value: 
     message = sequence_message(plan, Header(), "id", 0)
     message.robustness_threshold = value
     with pytest.raises(InvalidInput) as caught:
-        read_sequence(message, most_states=10, limbs=4)
+        read_sequence(message, max_states=10, limbs=4)
     assert caught.value.field == "sequence.robustness_threshold"
 
 

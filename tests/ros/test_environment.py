@@ -13,9 +13,9 @@ from rbprm_msgs.msg import Surface, SurfaceArray
 from shape_msgs.msg import Mesh, MeshTriangle
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import SurfaceEntry
+from rbprm_core.plan_record import SurfaceEntry
 from rbprm_core.scene import Classification, make_surface
-from rbprm_core.vocabulary import SurfaceKind
+from rbprm_core.surface_kind import SurfaceKind
 from rbprm_ros.conversions.surfaces import update_of_message
 from rbprm_ros.environment import Environment, Obstacle, SurfaceUpdate
 from rbprm_ros.parameters import Settings, parse_settings
@@ -253,7 +253,7 @@ def test_classification_that_changes_changes_known_surfaces(environment: Environ
 def test_polygons_are_classified_by_the_parameters() -> None:
     vertices = [Point(x=x, y=y) for x, y in ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0))]
     message = SurfaceArray(surfaces=[Surface(id="a", vertices=vertices, friction=0.5)])
-    settings = parse_settings({"classification": {"least_area": 0.6}})
+    settings = parse_settings({"classification": {"min_area": 0.6}})
     (surface,) = Environment().update(update_of_message(message, settings), settings).surfaces
     assert surface.kind is SurfaceKind.OTHER
 

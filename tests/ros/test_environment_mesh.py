@@ -18,7 +18,7 @@ from std_msgs.msg import Header
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.resources import PATH_VARIABLE
-from rbprm_core.vocabulary import SurfaceKind
+from rbprm_core.surface_kind import SurfaceKind
 from rbprm_ros.conversions.environments import snapshot_update, update_of_setting
 from rbprm_ros.conversions.surfaces import environment_message, update_of_message
 from rbprm_ros.environment import Environment, Snapshot
@@ -61,7 +61,7 @@ def test_pose(block: str) -> None:
 
 
 def test_classification_is_a_parameter(block: str) -> None:
-    settings = parse_settings({"classification": {"least_area": 0.3, "lean": 0.0}})
+    settings = parse_settings({"classification": {"min_area": 0.3, "lean": 0.0}})
     snapshot = taken_in(block, Pose(), settings)
     assert kinds(snapshot) == [SurfaceKind.SUPPORT]
     (rest,) = snapshot.obstacles

@@ -36,8 +36,8 @@ from shape_msgs.msg import Mesh, MeshTriangle
 from visualization_msgs.msg import Marker, MarkerArray
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import ContactPlan
-from rbprm_core.replanning import restored_state, restored_states
+from rbprm_core.plan_record import ContactPlan
+from rbprm_core.replanning import state_from_plan, states_from_plan
 from rbprm_core.robot import Robot, load_description
 from rbprm_ros.conversions import (
     job_of_message,
@@ -71,7 +71,7 @@ SETTINGS = parse_settings(
 NODE = "/rbprm_planner"
 LIMBS = 4  # of HyQ
 WAVES = 25  # of eight messages each, to a real node
-MOST_GROWTH = 30.0  # megabytes over all waves
+MAX_GROWTH = 30.0  # megabytes over all waves
 HUGE = 200  # entries of an array that is larger than these settings allow
 
 FLOATS = (math.nan, math.inf, -math.inf, 0.0, -0.0, -1.0, 1.0, 1e-12, 5e-324, 1e5, -1e6, 1e308)
@@ -318,7 +318,7 @@ def test_requests(seed: int, known: Environment) -> None:
 def test_sequences(seed: int, sequence: ContactSequence, robot: Robot) -> None:
     def read(message: Validate.Request) -> ContactPlan:
         plan = read_sequence(message.sequence, SETTINGS.max_states, LIMBS)
-        restored_states(plan.states, robot, "sequence.states")
+        states_from_plan(plan.states, robot, "sequence.states")
         return plan
 
     value_or_field(spoiled(Validate.Request(sequence=sequence), seed), read)
@@ -333,7 +333,7 @@ def test_replanning(
         job = replan_job_of_message(message, base, 1, SETTINGS, known)
         assert job.snapshot is not None
         if job.measured:
-            restored_state(job.kept[0], robot, job.snapshot.scene(), "measured_state.0")
+            state_from_plan(job.kept[0], robot, job.snapshot.scene(), "measured_state.0")
         return job
 
     request = Replan.Request(measured_state=sequence.states[:1], goal=[make_request().goal])
@@ -410,7 +410,7 @@ def test_node_answers_everything_and_stays_up(site: Site, sequence: ContactSeque
     grown = memory(planner) - before
     print(f"\n{before:.0f} MB; {grown:+.1f} MB after {8 * WAVES} spoilt messages")
     assert planner.children() == children
-    assert grown < MOST_GROWTH
+    assert grown < MAX_GROWTH
     assert "Traceback" not in planner.log.read_text()
     clean = SetEnvironment.Request(environment=make_surfaces())
     assert executive.ask(SetEnvironment, "set_environment", clean).result.code == 0

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rclpy.executors import SingleThreadedExecutor
 
 from rbprm_core.errors import Cancelled, InvalidInput
-from rbprm_core.plan import SurfaceEntry
+from rbprm_core.plan_record import SurfaceEntry
 from rbprm_ros.environment import Environment, MeshUpdate, SurfaceUpdate
 from rbprm_ros.intake import SMALL, Intake
 from rbprm_ros.parameters import Settings

@@ -15,7 +15,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.scene import Classification, surfaces_of_mesh
-from rbprm_core.vocabulary import SurfaceKind
+from rbprm_core.surface_kind import SurfaceKind
 from rbprm_ros.conversions.marker_updates import update_of_markers
 from rbprm_ros.environment import Environment
 from rbprm_ros.parameters import Settings, parse_settings

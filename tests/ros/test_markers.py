@@ -8,7 +8,7 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from rbprm_core.plan import (
+from rbprm_core.plan_record import (
     ContactEntry,
     ContactPlan,
     EnvironmentEntry,
@@ -20,8 +20,8 @@ from rbprm_core.plan import (
 )
 from rbprm_core.robot import Robot, load_description
 from rbprm_ros.conversions.markers import (
-    MOST_LABELS,
-    MOST_TRIANGLES,
+    MAX_LABELS,
+    MAX_TRIANGLES,
     SILHOUETTES,
     markers_message,
 )
@@ -30,7 +30,7 @@ from rbprm_ros.parameters import Settings
 
 HEADER = Header(frame_id="map")
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)
-MOST_BYTES = 1_000_000
+MAX_BYTES = 1_000_000
 
 
 @pytest.fixture
@@ -140,11 +140,11 @@ def test_silhouettes_stand_where_the_states_are(snapshot: Snapshot) -> None:
 
 def test_large_scenes_and_long_plans_stay_small(snapshot: Snapshot) -> None:
     rng = np.random.default_rng(0)
-    many = Obstacle("many", rng.uniform(-5, 5, (3 * MOST_TRIANGLES, 3, 3)))
+    many = Obstacle("many", rng.uniform(-5, 5, (3 * MAX_TRIANGLES, 3, 3)))
     environment = Environment()
     snapshot = environment.update(SurfaceUpdate(obstacles=(many,)), Settings())
-    message = markers_message(HEADER, snapshot, walk(2 * MOST_LABELS))
+    message = markers_message(HEADER, snapshot, walk(2 * MAX_LABELS))
     found = named(message)
-    assert len(found["obstacles"][0].points) == 3 * MOST_TRIANGLES
-    assert len(found["labels"]) == MOST_LABELS
-    assert len(serialize_message(message)) < MOST_BYTES
+    assert len(found["obstacles"][0].points) == 3 * MAX_TRIANGLES
+    assert len(found["labels"]) == MAX_LABELS
+    assert len(serialize_message(message)) < MAX_BYTES

@@ -10,7 +10,7 @@ from rbprm_msgs.msg import SurfaceArray
 from rbprm_msgs.srv import Plan
 
 from rbprm_core.check import check_plan
-from rbprm_core.plan import EnvironmentEntry
+from rbprm_core.plan_record import EnvironmentEntry
 from rbprm_core.robot import Robot, load_description
 from rbprm_core.scenario import load_scenario
 from rbprm_ros.conversions import plan_of_messages, request_message
@@ -43,7 +43,7 @@ def test_scenario_is_planned_and_published_and_valid(name: str, site: Site) -> N
     assert sequence.sequence_id
     statistics = response.statistics
     assert statistics.states == len(sequence.states) > 10
-    assert statistics.least_robustness >= 10.0
+    assert statistics.min_robustness >= 10.0
     assert 0 < statistics.time_sequence <= statistics.time_total
     # Against the mesh behind the surfaces, not against what the node was told.
     plan = plan_of_messages(sequence, guide, scenario.environment_entry())

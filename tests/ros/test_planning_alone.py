@@ -12,9 +12,9 @@ import pytest
 from rclpy.executors import SingleThreadedExecutor
 
 from rbprm_core.errors import Cancelled
-from rbprm_core.guide.space import RootBounds
+from rbprm_core.guide.root.space import RootBounds
 from rbprm_core.placement import Placement
-from rbprm_core.plan import SurfaceEntry
+from rbprm_core.plan_record import SurfaceEntry
 from rbprm_core.request import PlanRequest
 from rbprm_ros.environment import Environment, SurfaceUpdate
 from rbprm_ros.jobs import Job, RobotChoice

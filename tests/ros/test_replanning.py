@@ -23,7 +23,7 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 
 from rbprm_core.check import check_plan
-from rbprm_core.plan import EnvironmentEntry, SurfaceEntry
+from rbprm_core.plan_record import EnvironmentEntry, SurfaceEntry
 from rbprm_ros.conversions import plan_of_messages
 from rbprm_ros.qos import CALLS
 
@@ -272,7 +272,7 @@ def test_changes_are_looked_at_while_a_caller_waits_for_a_plan(shared: Site, wal
     try:
         call = walk.executive.start_call(way_to(1.0))
         walk.executive.spin_until(lambda: walk.status.state == PlannerStatus.PLANNING, "planning")
-        for _ in range(6):  # more than replanning.most_restarts
+        for _ in range(6):  # more than replanning.max_restarts
             walk.change(removed=(FAR,))
             walk.executive.spin_until(lambda: bool(walk.status.invalid_states), "its loss", 5.0)
             walk.change(next(tile for tile in TILES if tile.id == FAR))

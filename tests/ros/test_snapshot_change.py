@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rbprm_core.plan import SurfaceEntry
+from rbprm_core.plan_record import SurfaceEntry
 from rbprm_ros.environment import Environment, Obstacle, Snapshot, SurfaceUpdate
 from rbprm_ros.parameters import Settings
 from rbprm_ros.snapshot_change import change_between, changed

@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 
 from rbprm_core.errors import Cancelled, ErrorCode
-from rbprm_core.guide.options import GuideOptions
-from rbprm_core.guide.space import RootBounds
+from rbprm_core.guide.root.options import GuideOptions
+from rbprm_core.guide.root.space import RootBounds
 from rbprm_core.placement import Placement
-from rbprm_core.plan import ContactPlan, SurfaceEntry
+from rbprm_core.plan_record import ContactPlan, SurfaceEntry
 from rbprm_core.request import PlannerOptions, PlanRequest
 from rbprm_ros import worker as worker_module
 from rbprm_ros.environment import Environment, Snapshot, SurfaceUpdate

@@ -31,7 +31,7 @@ class Progress:
     elapsed: float
 
 
-LEAST_TIME_LIMIT = 1e-3  # seconds
+MIN_TIME_LIMIT = 1e-3  # seconds
 
 
 class Budget:

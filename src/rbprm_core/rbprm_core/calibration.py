@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rbprm_core.contacts import ContactGenerator
-from rbprm_core.contacts.look_ahead import LookAhead
-from rbprm_core.contacts.state import Contact
+from rbprm_core.body.contact import Contact
+from rbprm_core.contacts.along_guide import ContactGenerator
+from rbprm_core.contacts.along_guide.look_ahead import LookAhead
 from rbprm_core.errors import InvalidInput
-from rbprm_core.guide import Reachability, RootSampler, RootSpace
-from rbprm_core.guide.sampler import BATCH, effector_places
+from rbprm_core.guide.root import Reachability, RootSampler, RootSpace
+from rbprm_core.guide.root.sampler import BATCH, effector_places
 from rbprm_core.request import PlanRequest, limb_names
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.volumes import trunk_volume

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import EnvironmentEntry, MeshEntry, SurfaceEntry, Vector3
+from rbprm_core.plan_record import EnvironmentEntry, MeshEntry, SurfaceEntry, Vector3
 from rbprm_core.scene import (
     Classification,
     MeshSource,

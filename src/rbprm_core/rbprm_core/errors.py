@@ -24,7 +24,7 @@ class RbprmError(Exception):
     """Root of every error that this package raises on purpose.
 
     Attributes:
-        statistics: of the planning that it ended (see `rbprm_core.plan`), None where it ended none.
+        statistics: `plan_record.Statistics` of the planning that the error ended, or None.
         states: those of the contact sequence that were found until then, a partial result.
         fraction: share of their guide that these states cover, 0 to 1.
     """
@@ -79,7 +79,7 @@ ROOT_REMEDIES = (
 SEQUENCE_REMEDIES = (
     ("equilibrium", "lower the robustness threshold, or try another seed or more guides"),
     ("robustness", "lower the robustness threshold, or try another seed or more guides"),
-    ("", "try another seed, more guides, or a smaller sequence.least_step"),
+    ("", "try another seed, more guides, or a smaller sequence.min_step"),
 )
 """As above, of a sequence that stopped."""
 

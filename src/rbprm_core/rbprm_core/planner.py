@@ -10,11 +10,12 @@ from importlib.metadata import PackageNotFoundError, version
 import numpy as np
 from numpy.typing import NDArray
 
+from rbprm_core.body.state import State
 from rbprm_core.budget import Budget
-from rbprm_core.contacts import ContactGenerator, State, plan_sequence, start_state
+from rbprm_core.contacts.along_guide import ContactGenerator, plan_sequence, start_state
+from rbprm_core.contacts.continuation import continued_state
 from rbprm_core.contacts.heuristics import plugin_versions
-from rbprm_core.contacts.resume import resumed_state
-from rbprm_core.contacts.tally import Tally
+from rbprm_core.counters import Counters
 from rbprm_core.errors import (
     Cancelled,
     GoalUnreachable,
@@ -25,7 +26,7 @@ from rbprm_core.errors import (
     StartUnreachable,
     TimeLimitReached,
 )
-from rbprm_core.guide import (
+from rbprm_core.guide.root import (
     EdgeTest,
     EquilibriumTest,
     GuidePath,
@@ -38,20 +39,20 @@ from rbprm_core.guide import (
     Settler,
     shorten,
 )
-from rbprm_core.guide.planners import make_search
-from rbprm_core.guide.roadmap import roadmap_key
-from rbprm_core.guide.sampler import effector_places
+from rbprm_core.guide.root.planners import make_search
+from rbprm_core.guide.root.roadmap import roadmap_key
+from rbprm_core.guide.root.sampler import effector_places
 from rbprm_core.placement import Placement
-from rbprm_core.plan import Statistics
+from rbprm_core.plan_record import Statistics
 from rbprm_core.request import PlanRequest, limb_names
 from rbprm_core.robot import Robot
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
-from rbprm_core.validation import MOST_FORCE, MOST_GRAVITY, finite_array, finite_number
+from rbprm_core.validation import MAX_FORCE, MAX_GRAVITY, finite_array, finite_number
 
 Array = NDArray[np.float64]
 
-LEAST_GRIP = 1e-3  # newtons
+MIN_GRIP = 1e-3  # newtons
 TRIED_BEFORE_GOAL = 20
 """Failed guides after which the goal's contacts are tried: a plan is mostly there sooner, and then
 their time is saved; a goal that admits none must not cost the whole time limit."""
@@ -138,7 +139,7 @@ class _Planning:
         self._seconds = dict.fromkeys(("prepare", "guide", "shortcut", "sequence"), 0.0)
         self._nodes = self._guides = 0
         self._best: NoSequenceFound | None = None  # of the attempts that have ended
-        self._tally, self._plugins = Tally(), dict[str, str]()
+        self._counters, self._plugins = Counters(), dict[str, str]()
         self._data, self._scene, self._roadmaps = data, scene, roadmaps
 
     def _prepare(self) -> None:
@@ -149,14 +150,12 @@ class _Planning:
         start_limbs = limb_names(robot, request.start_limbs, "start_limbs")
         goal_limbs = limb_names(robot, request.goal_limbs or (), "goal_limbs")
         threshold = finite_number(
-            "robustness_threshold", request.robustness_threshold, low=0.0, high=MOST_FORCE
+            "robustness_threshold", request.robustness_threshold, low=0.0, high=MAX_FORCE
         )
         gravity = finite_array("gravity", request.gravity, (3,))
-        if np.abs(gravity).max() > MOST_GRAVITY:
-            raise InvalidInput("gravity", request.gravity, f"is over {MOST_GRAVITY:g} m/s^2")
-        grip_force = finite_number(
-            "grip_force", request.grip_force, low=LEAST_GRIP, high=MOST_FORCE
-        )
+        if np.abs(gravity).max() > MAX_GRAVITY:
+            raise InvalidInput("gravity", request.gravity, f"is over {MAX_GRAVITY:g} m/s^2")
+        grip_force = finite_number("grip_force", request.grip_force, low=MIN_GRIP, high=MAX_FORCE)
         joints = robot.root_index[7:]
         self._space = RootSpace(request.bounds, robot.low[joints], robot.high[joints])
         if self._resumed is None:
@@ -173,7 +172,7 @@ class _Planning:
             data, scene, gravity, threshold, request.options.generator, self._rng, grip_force,
             self._budget,
         )  # fmt: skip
-        self._tally = self._generator.tally
+        self._counters = self._generator.counters
         used = [name for limb in robot.limbs for name in limb.heuristics]
         self._plugins = plugin_versions(used)
         names = [limb.name for limb in robot.limbs]
@@ -272,7 +271,7 @@ class _Planning:
         self._budget.poll()
         with _Clock(self._seconds, "sequence"):
             if resumed is not None:
-                return resumed_state(self._generator, resumed)
+                return continued_state(self._generator, resumed)
             return start_state(self._generator, self._start, self._start_limbs, budget=self._budget)
 
     def _start_failure(self) -> tuple[str, str]:
@@ -313,12 +312,12 @@ class _Planning:
 
     def statistics(self, states: int = 0) -> Statistics:
         """Seconds by phase, counts and versions so far, and how many states there are."""
-        tally = self._tally
+        counters = self._counters
         counts = {"guides": self._guides, "guide_nodes": self._nodes, "states": states}
         seconds = {**self._seconds, "total": sum(self._seconds.values())}
         return Statistics(
-            time={**seconds, **{f"sequence.{k}": v for k, v in tally.seconds.items()}},
-            counts={**counts, **tally.counts},
+            time={**seconds, **{f"sequence.{k}": v for k, v in counters.seconds.items()}},
+            counts={**counts, **counters.counts},
             versions={**{name: _version(name) for name in VERSIONED}, **self._plugins},
         )
 

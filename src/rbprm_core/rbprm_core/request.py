@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from rbprm_core.contacts.options import GeneratorOptions, SequenceOptions
+from rbprm_core.contacts.along_guide.options import GeneratorOptions, SequenceOptions
 from rbprm_core.errors import InvalidInput
-from rbprm_core.guide.options import GuideOptions
-from rbprm_core.guide.space import RootBounds
+from rbprm_core.guide.root.options import GuideOptions
+from rbprm_core.guide.root.space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.robot import Robot
 from rbprm_core.statics import GRIP_FORCE
-from rbprm_core.validation import MOST_COUNT, one_of
+from rbprm_core.validation import MAX_COUNT, one_of
 
 Array = NDArray[np.float64]
 
@@ -48,9 +48,9 @@ class PlannerOptions:
     """
 
     guide: GuideOptions = field(default_factory=GuideOptions)
-    shortcuts: Annotated[int, Field(ge=0, le=MOST_COUNT)] = 100
+    shortcuts: Annotated[int, Field(ge=0, le=MAX_COUNT)] = 100
     settle: bool = True
-    guides: Annotated[int, Field(ge=1, le=MOST_COUNT)] = 1000
+    guides: Annotated[int, Field(ge=1, le=MAX_COUNT)] = 1000
     generator: GeneratorOptions = field(default_factory=GeneratorOptions)
     sequence: SequenceOptions = field(default_factory=SequenceOptions)
 
@@ -86,6 +86,6 @@ class PlanRequest:
     options: PlannerOptions = field(default_factory=PlannerOptions)
 
     @property
-    def least_robustness(self) -> float:
-        """Least raw b0 that a state of the plan may have, newtons; see `most_robust`."""
-        return 0.0 if self.options.generator.most_robust else self.robustness_threshold
+    def min_robustness(self) -> float:
+        """Least raw b0 that a state of the plan may have, newtons; see `accept_below_threshold`."""
+        return 0.0 if self.options.generator.accept_below_threshold else self.robustness_threshold

@@ -14,17 +14,18 @@ from rbprm_core.contacts.heuristics import check_names
 from rbprm_core.environment import load_scene, polygon_surfaces
 from rbprm_core.errors import InvalidInput
 from rbprm_core.files import known_files, read_toml
-from rbprm_core.guide.space import RootBounds
+from rbprm_core.guide.root.space import RootBounds
 from rbprm_core.placement import Placement
-from rbprm_core.plan import EnvironmentEntry, MeshEntry, SurfaceEntry
+from rbprm_core.plan_record import EnvironmentEntry, MeshEntry, SurfaceEntry
 from rbprm_core.request import PlannerOptions, PlanRequest, limb_names
 from rbprm_core.robot import Robot, known_robots, load_description
-from rbprm_core.robot.description import MOST_SCALE, Weights
+from rbprm_core.robot.description import MAX_SCALE, Weights
 from rbprm_core.scene import Classification, Scene
 from rbprm_core.statics import GRIP_FORCE
+from rbprm_core.surface_kind import SurfaceKind
 from rbprm_core.validation import (
     FILE_NAME,
-    MOST_FORCE,
+    MAX_FORCE,
     Acceleration,
     Coordinate,
     Record,
@@ -32,12 +33,11 @@ from rbprm_core.validation import (
     finite_number,
     parse_record,
 )
-from rbprm_core.vocabulary import SurfaceKind
 
 Range = tuple[Coordinate, Coordinate]
 Gravity = tuple[Acceleration, Acceleration, Acceleration]
 HalfRange = Annotated[float, Field(ge=0, le=math.tau)]
-GripForce = Annotated[float, Field(gt=0, le=MOST_FORCE)]
+GripForce = Annotated[float, Field(gt=0, le=MAX_FORCE)]
 TimeLimit = Annotated[float, Field(gt=0, le=1e6)]
 RobotName = Annotated[str, Field(pattern=FILE_NAME)]
 
@@ -96,7 +96,7 @@ class TrunkText(Record):
     """Another trunk volume W0 than the robot file's; see `VolumeSettings`."""
 
     links: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
-    scale: Annotated[float, Field(ge=1, le=MOST_SCALE)] | None = None
+    scale: Annotated[float, Field(ge=1, le=MAX_SCALE)] | None = None
 
 
 class MeshText(MeshEntry, extra="forbid"):
@@ -196,7 +196,7 @@ class Scenario(Record):
             start_limbs=_limbs(robot, text.start_limbs, "request.start_limbs"),
             goal_limbs=_goal_limbs(robot, text.goal_limbs),
             robustness_threshold=finite_number(
-                "robustness_threshold", robustness_threshold, low=0.0, high=MOST_FORCE
+                "robustness_threshold", robustness_threshold, low=0.0, high=MAX_FORCE
             ),
             seed=seed,
             gravity=np.array(text.gravity),

@@ -12,24 +12,24 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from rbprm_core.errors import InvalidInput
 
 FILE_NAME = r"^[A-Za-z0-9_.-]+$"  # names that become part of a file's name
-FARTHEST = (
+MAX_COORDINATE = (
     1e5  # metres; coordinates beyond leave nothing of a millimetre in the products of geometry
 )
 
-MOST_FRICTION = 10.0  # rubber on rock has 1 or 2; statics lose their digits from 1e5 on
-MOST_GRAVITY = 100.0  # m/s^2, four times Jupiter's
-MOST_FORCE = 1e6  # newtons; written for an infinite b0 too, since JSON has no infinity
-MOST_COUNT = 10**9  # of whatever is counted or tried
+MAX_FRICTION = 10.0  # rubber on rock has 1 or 2; statics lose their digits from 1e5 on
+MAX_GRAVITY = 100.0  # m/s^2, four times Jupiter's
+MAX_FORCE = 1e6  # newtons; written for an infinite b0 too, since JSON has no infinity
+MAX_COUNT = 10**9  # of whatever is counted or tried
 
-Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
-Length = Annotated[float, Field(ge=0, le=FARTHEST)]
-PositiveLength = Annotated[float, Field(gt=0, le=FARTHEST)]
-Step = Annotated[float, Field(ge=1e-4, le=FARTHEST)]
+Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
+Length = Annotated[float, Field(ge=0, le=MAX_COORDINATE)]
+PositiveLength = Annotated[float, Field(gt=0, le=MAX_COORDINATE)]
+Step = Annotated[float, Field(ge=1e-4, le=MAX_COORDINATE)]
 """A length in metres that ways are divided into: short enough ones take all time and memory."""
 
-Acceleration = Annotated[float, Field(ge=-MOST_GRAVITY, le=MOST_GRAVITY)]
-Friction = Annotated[float, Field(ge=0, le=MOST_FRICTION)]
-Robustness = Annotated[float, Field(ge=0, le=MOST_FORCE)]
+Acceleration = Annotated[float, Field(ge=-MAX_GRAVITY, le=MAX_GRAVITY)]
+Friction = Annotated[float, Field(ge=0, le=MAX_FRICTION)]
+Robustness = Annotated[float, Field(ge=0, le=MAX_FORCE)]
 """A least b0, newtons."""
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -98,8 +98,8 @@ def coordinates(field: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArray
         InvalidInput: as `finite_array`, or farther from the origin than geometry can be exact.
     """
     array = finite_array(field, value, shape)
-    if np.abs(array).max(initial=0.0) > FARTHEST:
-        raise InvalidInput(field, value, f"must lie within {FARTHEST:g} m of the origin")
+    if np.abs(array).max(initial=0.0) > MAX_COORDINATE:
+        raise InvalidInput(field, value, f"must lie within {MAX_COORDINATE:g} m of the origin")
     return array
 
 

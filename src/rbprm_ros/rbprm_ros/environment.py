@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import EnvironmentEntry, SurfaceEntry
+from rbprm_core.plan_record import EnvironmentEntry, SurfaceEntry
 from rbprm_core.scene import Classification, Scene, Surface, make_surface, surfaces_of_mesh
-from rbprm_core.scene.convex import MOST_CORNERS, convex_polygons
-from rbprm_core.scene.polygon import LEAST_AREA
+from rbprm_core.scene.convex import MAX_CORNERS, convex_polygons
+from rbprm_core.scene.polygon import MIN_AREA
 from rbprm_core.scene.scene import fans
-from rbprm_core.validation import MOST_FRICTION
-from rbprm_core.vocabulary import SurfaceKind
+from rbprm_core.surface_kind import SurfaceKind
+from rbprm_core.validation import MAX_FRICTION
 
 Array = NDArray[np.float64]
 
@@ -295,7 +295,7 @@ def search(mesh: MeshUpdate, rule: Classification) -> FoundSurfaces:
     surfaces: dict[str, KnownSurface] = {}
     rest: list[Array] = []
     for facet in surfaces_of_mesh(mesh.triangles, mesh.friction, rule):
-        if facet.kind not in CONTACT_KINDS or facet.polygon.area <= LEAST_AREA:
+        if facet.kind not in CONTACT_KINDS or facet.polygon.area <= MIN_AREA:
             rest += facet.polygon.pieces
             continue
         surface = dataclasses.replace(facet, id=f"{mesh.id}/{facet.id}")
@@ -338,8 +338,8 @@ def _convex(update: SurfaceUpdate, before: _Known) -> dict[int, Surface]:
     for i, entry in enumerate(update.entries):
         known = before.surfaces.get(entry.id)
         is_new = known is None or known[0] != entry
-        is_simple = len(entry.vertices) <= MOST_CORNERS and not entry.holes
-        if is_new and is_simple and 0 <= entry.friction <= MOST_FRICTION:
+        is_simple = len(entry.vertices) <= MAX_CORNERS and not entry.holes
+        if is_new and is_simple and 0 <= entry.friction <= MAX_FRICTION:
             sizes.setdefault(len(entry.vertices), []).append(i)
     made: dict[int, Surface] = {}
     for places in sizes.values():

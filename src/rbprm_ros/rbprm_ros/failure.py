@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from rbprm_core.errors import ErrorCode, InvalidInput, NoSequenceFound, RbprmError, RootUnreachable
-from rbprm_core.plan import ContactPlan
+from rbprm_core.plan_record import ContactPlan
 
 STATE = re.compile(r"(measured_state|sequence\.states)\.")
-MOST_CHARACTERS = 200  # of an offending value; an answer must not grow with the input at fault
+MAX_CHARACTERS = 200  # of an offending value; an answer must not grow with the input at fault
 
 
 class NodeCode(IntEnum):
@@ -65,7 +65,7 @@ class NodeError(RbprmError):
     """A call that the node itself cannot serve."""
 
     def __init__(self, code: NodeCode, text: str, field: str = "", value: str = "") -> None:
-        self.failure = Failure(code, text, field, value[:MOST_CHARACTERS])
+        self.failure = Failure(code, text, field, value[:MAX_CHARACTERS])
         super().__init__(text)
 
 
@@ -99,4 +99,4 @@ def _field_of_messages(field: str) -> str:
 
 def _shown(value: object) -> str:
     text = value if isinstance(value, str) else repr(value)
-    return text if len(text) <= MOST_CHARACTERS else f"{text[:MOST_CHARACTERS]}…"
+    return text if len(text) <= MAX_CHARACTERS else f"{text[:MAX_CHARACTERS]}…"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rbprm_core.budget import Progress
-from rbprm_core.plan import ContactPlan, StateEntry
+from rbprm_core.plan_record import ContactPlan, StateEntry
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot import RobotDescription, load_description
 from rbprm_ros.environment import Snapshot

@@ -15,8 +15,8 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
 from rbprm_core.errors import RbprmError
-from rbprm_core.plan import ContactPlan, StateEntry
-from rbprm_core.result import bare_plan
+from rbprm_core.plan_conversion.states_to_plan import bare_plan
+from rbprm_core.plan_record import ContactPlan, StateEntry
 from rbprm_core.robot import Robot
 from rbprm_ros.conversions import (
     diagnostics_message,

@@ -25,14 +25,14 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.guide.bounds import BoundsRule
+from rbprm_core.guide.root.bounds import BoundsRule
 from rbprm_core.request import PlannerOptions
 from rbprm_core.robot import load_description
 from rbprm_core.scene import Classification
 from rbprm_core.validation import Friction, Robustness
 
-LEAST_STEP = 1e-9  # over a bound that is excluded: ROS ranges are closed
-MOST_FLOAT, MOST_INTEGER = 1e9, 2**31 - 1  # where an option has no upper bound of its own
+MIN_STEP = 1e-9  # over a bound that is excluded: ROS ranges are closed
+MAX_FLOAT, MAX_INTEGER = 1e9, 2**31 - 1  # where an option has no upper bound of its own
 READ_ONLY = ("planning_frame", "autostart")  # the surfaces that are held are in the former
 TOP = "planner"  # the field of `Settings` whose options have no prefix: `sequence.step`
 
@@ -44,13 +44,13 @@ class ReplanningOptions:
     Attributes:
         automatic: plan again what does not hold any more; otherwise it is only told on the status.
         time_limit: longest time for one replan, over all states it is tried from, seconds.
-        most_restarts: times in a row that replanning begins anew because surfaces changed again;
+        max_restarts: times in a row that replanning begins anew because surfaces changed again;
             the next one is finished on the surfaces it has, and looked at then.
     """
 
     automatic: bool = True
     time_limit: Annotated[float, Field(gt=0, le=3600)] = 5.0
-    most_restarts: Annotated[int, Field(ge=0, le=1000)] = 3
+    max_restarts: Annotated[int, Field(ge=0, le=1000)] = 3
 
 
 @dataclass(frozen=True)
@@ -205,14 +205,14 @@ def _ranges(hint: Any) -> dict[str, list[FloatingPointRange] | list[IntegerRange
     for extra in getattr(hint, "__metadata__", ()):
         for limit in extra.metadata:
             limits.update(dataclasses.asdict(limit))
-    low = limits.get("ge", limits["gt"] + LEAST_STEP if "gt" in limits else None)
+    low = limits.get("ge", limits["gt"] + MIN_STEP if "gt" in limits else None)
     if kind is float:
-        low = -MOST_FLOAT if low is None else float(low)
-        high = float(limits.get("le", MOST_FLOAT))
+        low = -MAX_FLOAT if low is None else float(low)
+        high = float(limits.get("le", MAX_FLOAT))
         return {"floating_point_range": [FloatingPointRange(from_value=low, to_value=high)]}
     if kind is int:
-        low = -MOST_INTEGER if low is None else int(low)
-        high = int(limits.get("le", MOST_INTEGER))
+        low = -MAX_INTEGER if low is None else int(low)
+        high = int(limits.get("le", MAX_INTEGER))
         return {"integer_range": [IntegerRange(from_value=low, to_value=high, step=1)]}
     return {}
 

@@ -10,7 +10,7 @@ from std_msgs.msg import Header
 from rbprm_core.environment import polygon_surfaces
 from rbprm_core.scenario import EditText, Scenario
 from rbprm_core.scene import Surface
-from rbprm_core.scene.polygon import LEAST_AREA
+from rbprm_core.scene.polygon import MIN_AREA
 from rbprm_ros.conversions import surfaces_message
 from rbprm_ros.qos import STREAM
 
@@ -65,4 +65,4 @@ def scenario_surfaces(scenario: Scenario) -> tuple[Surface, ...]:
     Raises:
         InvalidInput: an environment that cannot be read.
     """
-    return tuple(s for s in scenario.scene().surfaces if s.polygon.area > LEAST_AREA)
+    return tuple(s for s in scenario.scene().surfaces if s.polygon.area > MIN_AREA)

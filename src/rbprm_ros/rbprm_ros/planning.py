@@ -19,8 +19,8 @@ from rclpy.executors import Executor
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from rbprm_core.errors import Cancelled, ErrorCode, RbprmError
-from rbprm_core.guide.bounds import derived_bounds
-from rbprm_core.plan import ContactPlan, StateEntry
+from rbprm_core.guide.root.bounds import derived_bounds
+from rbprm_core.plan_record import ContactPlan, StateEntry
 from rbprm_core.replanning import (
     InvalidState,
     Keep,
@@ -226,7 +226,7 @@ class Planning:
 
         Under changes without pause something has to come to an end, too.
         """
-        if self._restarts >= self._settings().replanning.most_restarts:
+        if self._restarts >= self._settings().replanning.max_restarts:
             return False
         self._restarts += 1
         return True
@@ -407,7 +407,7 @@ class Planning:
         )  # fmt: skip
 
     def _validation_of(self, base: Published, first: int) -> Validation:
-        least = base.job.request.least_robustness
+        least = base.job.request.min_robustness
         return self._validation(base.job.robot, base.key, base.plan, least, first)
 
     def _validation(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-from rbprm_core.plan import ContactPlan
+from rbprm_core.plan_record import ContactPlan
 from rbprm_core.replanning import InvalidState
 from rbprm_ros.failure import SUCCEEDED, Failure
 from rbprm_ros.jobs import Job

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rbprm_core.plan import EnvironmentEntry
+from rbprm_core.plan_record import EnvironmentEntry
 from rbprm_ros.environment import KnownSurface, Obstacle, Snapshot
 
 

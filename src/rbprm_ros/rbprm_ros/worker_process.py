@@ -17,21 +17,21 @@ from multiprocessing.connection import Connection
 
 import numpy as np
 
+from rbprm_core.body.state import State
 from rbprm_core.budget import Budget, Progress
-from rbprm_core.contacts import State
 from rbprm_core.errors import Cancelled, InvalidInput, RbprmError
-from rbprm_core.guide import RoadmapStore
-from rbprm_core.plan import ContactPlan, EnvironmentEntry, StateEntry
+from rbprm_core.guide.root import RoadmapStore
+from rbprm_core.plan_conversion.states_to_plan import contact_plan, partial_plan, state_entry
+from rbprm_core.plan_record import ContactPlan, EnvironmentEntry, StateEntry
 from rbprm_core.planner import plan
 from rbprm_core.replanning import (
     InvalidState,
     Reason,
-    Watch,
+    ValidityMonitor,
     replan_from_one_of,
-    restored_state,
-    restored_states,
+    state_from_plan,
+    states_from_plan,
 )
-from rbprm_core.result import contact_plan, partial_plan, state_entry
 from rbprm_core.robot import Robot
 from rbprm_core.robot.data import RobotData, load_robot_data
 from rbprm_core.scene import Scene
@@ -51,7 +51,7 @@ from rbprm_ros.jobs import (
 )
 from rbprm_ros.snapshot_change import SnapshotChange, changed
 
-MOST_ROBOTS = 4  # with their limbs, whose data are kept
+MAX_ROBOTS = 4  # with their limbs, whose data are kept
 REPORT_PERIOD = 0.05  # seconds; the planner tells its progress much more often than anyone looks
 LISTEN_PERIOD = 0.01  # seconds between looks for a cancellation
 
@@ -65,7 +65,7 @@ class Server:
         self._robots: OrderedDict[str, RobotData] = OrderedDict()  # by what their files say
         self._snapshot = Snapshot()
         self._scene: Scene | None = None  # made of it when it is first needed
-        self._watch: Watch | None = None
+        self._watch: ValidityMonitor | None = None
         self._watched_key = ""
         self._roadmaps: RoadmapStore | None = None
 
@@ -120,7 +120,7 @@ class Server:
                     raise Cancelled("robot data")
 
             self._robots[key] = load_robot_data(Robot.load(description), report)
-            if len(self._robots) > MOST_ROBOTS:
+            if len(self._robots) > MAX_ROBOTS:
                 self._robots.popitem(last=False)
         self._robots.move_to_end(key)
         return self._robots[key]
@@ -139,9 +139,9 @@ class Server:
                 return contact_plan(outcome, request, data.robot, environment)
             kept: tuple[State, ...]
             if job.measured:
-                kept = (restored_state(job.kept[-1], data.robot, scene, "measured_state.0"),)
+                kept = (state_from_plan(job.kept[-1], data.robot, scene, "measured_state.0"),)
             else:
-                kept = restored_states(job.kept, data.robot, "sequence.states")
+                kept = states_from_plan(job.kept, data.robot, "sequence.states")
             candidates = job.candidates or (len(kept) - 1,)
             revision = replan_from_one_of(
                 kept, candidates, request, data, scene, budget, grown, roadmaps
@@ -161,9 +161,9 @@ class Server:
 
     def _invalid(self, work: Validation, data: RobotData) -> tuple[InvalidState, ...]:
         if work.states is not None:
-            states = restored_states(work.states, data.robot, "sequence.states")
+            states = states_from_plan(work.states, data.robot, "sequence.states")
             gravity = np.array(work.gravity)
-            self._watch = Watch(data, states, work.threshold, gravity, work.grip_force)
+            self._watch = ValidityMonitor(data, states, work.threshold, gravity, work.grip_force)
             self._watched_key = work.key
         assert self._watch is not None
         assert self._watched_key == work.key  # the node sees to it

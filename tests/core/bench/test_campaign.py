@@ -13,10 +13,10 @@ from threadpoolctl import threadpool_info
 
 from rbprm_core.bench import Campaign, Case, RunRecord, campaign, run, run_campaign
 from rbprm_core.bench.record import INVALID_PLAN, Task
-from rbprm_core.budget import LEAST_TIME_LIMIT
+from rbprm_core.budget import MIN_TIME_LIMIT
 from rbprm_core.check import Kind
 from rbprm_core.errors import InvalidInput, TimeLimitReached
-from rbprm_core.plan import Statistics
+from rbprm_core.plan_record import Statistics
 from rbprm_core.planner import Outcome
 
 SEEDS = range(2)
@@ -51,8 +51,8 @@ def test_a_run_says_what_it_took_and_gave(alone: Campaign) -> None:
         assert record.success
         assert (record.scenario, record.robot, record.time_limit) == ("flat", "hyq", 30.0)
         assert record.violations == {}
-        assert record.least_robustness is not None
-        assert record.least_robustness >= record.robustness == 10.0
+        assert record.min_robustness is not None
+        assert record.min_robustness >= record.robustness == 10.0
         phases = [record.seconds[name] for name in ("prepare", "guide", "shortcut", "sequence")]
         assert sum(phases) == pytest.approx(record.seconds["total"])
         assert record.seconds["total"] <= record.wall
@@ -126,7 +126,7 @@ def test_a_lost_worker_keeps_what_is_done(
 def test_thresholds_and_limits_of_a_case_are_asked(stroll: str, quick_hyq: str) -> None:
     cases = [
         Case(stroll, quick_hyq, robustness=0.0, time_limit=20.0),
-        Case(stroll, quick_hyq, time_limit=LEAST_TIME_LIMIT),
+        Case(stroll, quick_hyq, time_limit=MIN_TIME_LIMIT),
     ]
     first, second = run_campaign(cases, [4]).records
     assert (first.robustness, first.time_limit, first.seed) == (0.0, 20.0, 4)

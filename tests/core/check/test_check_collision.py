@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull
 
 from rbprm_core.check import CheckReport, Kind, check_plan
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import ContactPlan
+from rbprm_core.plan_record import ContactPlan
 
 GROUND = "hpp_environments/meshes/multicontact/ground.stl"  # solid, top at z = 0, 0.5 m thick
 SHAPES = {

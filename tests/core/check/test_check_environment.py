@@ -13,7 +13,7 @@ from shapely.geometry import Polygon
 
 from rbprm_core.check.environment import Environment, by_corner, vertex_bodies, winding_number
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import EnvironmentEntry, SurfaceEntry
+from rbprm_core.plan_record import EnvironmentEntry, SurfaceEntry
 
 OUTLINE = [(0, 0), (4, 0), (4, 3), (3, 3), (3, 1), (1, 1), (1, 3), (0, 3)]  # a U
 SHIFT = np.array([1.0, 2.0, 3.0])

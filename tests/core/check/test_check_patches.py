@@ -11,7 +11,7 @@ from shapely.geometry import Polygon
 from rbprm_core.check import Kind
 from rbprm_core.check.environment import Environment, contact_on_environment
 from rbprm_core.check.patches import Patches
-from rbprm_core.plan import ContactEntry, EnvironmentEntry, SurfaceEntry
+from rbprm_core.plan_record import ContactEntry, EnvironmentEntry, SurfaceEntry
 
 HALF = np.array([0.1, 0.065])
 Ring = list[tuple[float, float]]

@@ -19,7 +19,7 @@ from rbprm_core.check.kinematics import Robot
 from rbprm_core.check.report import figures
 from rbprm_core.check.statics import state_robustness
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import ContactEntry, ContactPlan, RobotEntry
+from rbprm_core.plan_record import ContactEntry, ContactPlan, RobotEntry
 from rbprm_core.resources import find_resource
 
 URDF = "example-robot-data/robots/hyq_description/robots/hyq_no_sensors.urdf"
@@ -201,8 +201,8 @@ def test_clean_plan_passes(clean: Document) -> None:
     assert report.valid
     assert report.states == 4
     assert report.transitions == 2
-    assert report.least_robustness == pytest.approx(min(report.robustness))
-    assert report.least_robustness > THRESHOLD
+    assert report.min_robustness == pytest.approx(min(report.robustness))
+    assert report.min_robustness > THRESHOLD
     assert report.deepest_collision < 1e-4
 
 

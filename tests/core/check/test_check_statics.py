@@ -18,7 +18,7 @@ from rbprm_core.check.statics import (
     tangent,
     weight,
 )
-from rbprm_core.plan import ContactEntry
+from rbprm_core.plan_record import ContactEntry
 
 Array = NDArray[np.float64]
 Contacts = tuple[Array, Array]

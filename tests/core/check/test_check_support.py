@@ -7,7 +7,7 @@ import pytest
 
 from rbprm_core.check.report import TransitionSupport
 from rbprm_core.check.support import End, SupportCount
-from rbprm_core.plan import ContactEntry
+from rbprm_core.plan_record import ContactEntry
 
 WEIGHT = np.array([0.0, 0.0, -100.0])
 FEET = {"lf": (1, 1, 0), "rf": (1, -1, 0), "lh": (-1, 1, 0), "rh": (-1, -1, 0)}

@@ -20,7 +20,7 @@ import pytest
 
 from rbprm_core.check import check_plan
 from rbprm_core.cli.main import main
-from rbprm_core.plan import ContactPlan
+from rbprm_core.plan_record import ContactPlan
 from rbprm_core.robot import known_robots
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scenario import known_scenarios
@@ -143,11 +143,11 @@ def test_the_most_robust_states_are_taken_and_told(
     """No state of HyQ reaches 300 N: without the flag the start is refused already."""
     file = scenario(tmp_path, threshold=300.0)
     assert run("plan", file).returncode == START
-    done = run("plan", file, "--most-robust")
+    done = run("plan", file, "--accept-below-threshold")
     assert done.returncode == INVALID
     told = " ".join(done.stdout.replace("│", " ").split())
     assert "threshold 300 N" in told
-    assert "states under it, by most_robust" in told
+    assert "states under it, by accept_below_threshold" in told
 
 
 def test_ones_own_robot(run: Run, toy_data: RobotData, toy_file: Path, tmp_path: Path) -> None:

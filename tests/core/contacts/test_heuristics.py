@@ -25,7 +25,7 @@ from rbprm_core.contacts.heuristics import (
 )
 from rbprm_core.contacts.heuristics.plugins import GROUP, load_plugin
 from rbprm_core.errors import InvalidInput
-from rbprm_core.guide import RootBounds
+from rbprm_core.guide.root import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.planner import plan
 from rbprm_core.request import PlanRequest

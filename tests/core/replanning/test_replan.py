@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rbprm_core.body.state import State
 from rbprm_core.budget import Budget
 from rbprm_core.check import check_plan
-from rbprm_core.contacts import State
 from rbprm_core.environment import polygon_entry
 from rbprm_core.errors import (
     Cancelled,
@@ -21,11 +21,11 @@ from rbprm_core.errors import (
     StartUnreachable,
     TimeLimitReached,
 )
+from rbprm_core.plan_conversion.plan_to_states import states_from_plan
+from rbprm_core.plan_conversion.states_to_plan import contact_plan, state_entry
 from rbprm_core.planner import Outcome, plan
 from rbprm_core.replanning.replan import replan, replan_from_one_of
-from rbprm_core.replanning.restore import restored_states
 from rbprm_core.request import PlanRequest
-from rbprm_core.result import contact_plan, state_entry
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, make_surface
 
@@ -65,7 +65,7 @@ def test_from_words_in_a_changed_scene(climb: Planned) -> None:
     data, scene, request, outcome = climb
     changed = narrowed(scene)
     words = [state_entry(data.robot, state) for state in outcome.states]
-    states = restored_states(words, data.robot)
+    states = states_from_plan(words, data.robot)
     last = next(i for i, s in enumerate(states) if any(c.surface == "step" for c in s.contacts)) - 1
     request = replace(request, bounds=replace(request.bounds, high=np.array([1.0, 0.5, 2.0])))
     revision = replan_from_one_of(states, [last, last // 2, 0], request, data, changed, Budget(60))

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rbprm_core.contacts import State
-from rbprm_core.contacts.collision import CollisionModel
+from rbprm_core.body.collision import CollisionModel
+from rbprm_core.body.state import State
 from rbprm_core.errors import InvalidInput
 from rbprm_core.planner import Outcome
-from rbprm_core.replanning.validity import Reason, Watch
+from rbprm_core.replanning.validity import Reason, ValidityMonitor
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface
@@ -23,10 +23,10 @@ Array = NDArray[np.float64]
 Planned = tuple[RobotData, Scene, PlanRequest, Outcome]
 
 
-def watch(planned: Planned, free: Scene | None = None) -> Watch:
+def watch(planned: Planned, free: Scene | None = None) -> ValidityMonitor:
     data, _, request, outcome = planned
     least = request.robustness_threshold
-    return Watch(data, outcome.states, least, request.gravity, free=free)
+    return ValidityMonitor(data, outcome.states, least, request.gravity, free=free)
 
 
 def plate(name: str, x: float, y: float, z: float, half: float) -> Surface:
@@ -79,14 +79,14 @@ def test_ice_takes_what_it_does_not_hold(climb: Planned) -> None:
     """On a slope of 12 degrees: gravity leans, which friction of 0.5 bears and 0.05 does not."""
     data, scene, _, outcome = climb
     gravity = np.array([0.0, 2.0, -9.6])
-    seen = Watch(data, outcome.states, -1e6, gravity, free=scene)
+    seen = ValidityMonitor(data, outcome.states, -1e6, gravity, free=scene)
     slippery = Scene([replace(surface, friction=0.05) for surface in scene.surfaces])
 
     def values(friction: float) -> list[float]:
         return [b0(data, state, friction, gravity) for state in outcome.states]
 
     assert seen.invalid(slippery) == ()
-    seen = Watch(data, outcome.states, 0.0, gravity, free=scene)
+    seen = ValidityMonitor(data, outcome.states, 0.0, gravity, free=scene)
     for friction, today in ((0.5, scene), (0.05, slippery)):
         found = seen.invalid(today)
         assert {state.reason for state in found} == {Reason.NOT_IN_EQUILIBRIUM}
@@ -106,7 +106,7 @@ def b0(data: RobotData, state: State, friction: float, gravity: Array) -> float:
 def test_a_higher_threshold_is_held_by_few(climb: Planned) -> None:
     data, scene, request, outcome = climb
     least = sorted(state.robustness for state in outcome.states)[3]
-    found = Watch(data, outcome.states, least, request.gravity).invalid(scene)
+    found = ValidityMonitor(data, outcome.states, least, request.gravity).invalid(scene)
     assert [s.index for s in found] == [
         i for i, s in enumerate(outcome.states) if s.robustness < least - 1e-3
     ]
@@ -181,7 +181,7 @@ def test_one_change_among_many_surfaces_is_seen_at_once(climb: Planned) -> None:
     crowded = scene.edited(far)
     states = [outcome.states[i % len(outcome.states)] for i in range(60)]
     least = request.robustness_threshold
-    seen = Watch(data, states, least, request.gravity, free=crowded)
+    seen = ValidityMonitor(data, states, least, request.gravity, free=crowded)
     changed = crowded.edited(removed=["step"])
     spent = []
     for _ in range(5):
@@ -193,5 +193,5 @@ def test_one_change_among_many_surfaces_is_seen_at_once(climb: Planned) -> None:
 
 def test_another_robots_states_are_refused(climb: Planned, trot: Planned) -> None:
     with pytest.raises(InvalidInput) as caught:
-        Watch(climb[0], trot[3].states, 0.0, climb[2].gravity)
+        ValidityMonitor(climb[0], trot[3].states, 0.0, climb[2].gravity)
     assert caught.value.field == "states.0.q"

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.database import LimbDatabase
 from rbprm_core.scene import Scene, Surface, make_surface
-from rbprm_core.vocabulary import SurfaceKind
+from rbprm_core.surface_kind import SurfaceKind
 
 Array = NDArray[np.float64]
 Box = Callable[..., list[Surface]]

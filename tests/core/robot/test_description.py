@@ -12,8 +12,8 @@ import pytest
 from rbprm_core.errors import InvalidInput
 from rbprm_core.robot import RobotDescription, known_robots, load_description
 from rbprm_core.robot.description import PlanarContact, PointContact
+from rbprm_core.surface_kind import SurfaceKind
 from rbprm_core.validation import parse_record
-from rbprm_core.vocabulary import SurfaceKind
 
 LIMBS = {"allegro": 3, "hyq": 4, "anymal": 4, "go2": 4, "g1": 2, "talos": 2}  # used by default
 

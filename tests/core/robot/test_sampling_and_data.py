@@ -14,8 +14,8 @@ from rbprm_core.errors import Cancelled, InvalidInput
 from rbprm_core.robot import Robot, RobotDescription, load_description
 from rbprm_core.robot.bodies import make_bodies, pair_test
 from rbprm_core.robot.data import RobotData, load_robot_data
-from rbprm_core.robot.sampling import MOST_TILT, PITCHED, sample_limb
-from rbprm_core.vocabulary import SurfaceKind
+from rbprm_core.robot.sampling import MAX_TILT, PITCHED, sample_limb
+from rbprm_core.surface_kind import SurfaceKind
 
 Array = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ def test_samples_of_a_sole_stand_on_level_ground_for_any_pitch_of_the_root(
     database = talos_data.databases[limb]
     assert len(database.joints) > 500
     aside, forward = facing(talos_data, limb)
-    most = np.arctan(MOST_TILT) + 1e-3
+    most = np.arctan(MAX_TILT) + 1e-3
     assert np.abs(aside).max() <= most
     assert abs(aside.mean()) < 0.02
     low, high = talos_data.robot.limbs[limb].root_pitch
@@ -89,7 +89,7 @@ def test_without_a_pitched_root_samples_of_a_sole_face_up(talos_data: RobotData)
     found = sample_limb(able, talos_data.bodies, upright, 1500, rng, nothing)
     normals = found.rotations[:, :, 2]
     assert len(normals) > 300
-    assert np.abs(normals[:, :2] / normals[:, 2:]).max() <= MOST_TILT + 1e-4
+    assert np.abs(normals[:, :2] / normals[:, 2:]).max() <= MAX_TILT + 1e-4
 
 
 def test_the_centre_of_mass_of_a_sample_is_that_of_its_limb(crawler_data: RobotData) -> None:
@@ -114,7 +114,7 @@ def test_samples_of_a_patch_for_walls_face_sideways(talos_data: RobotData) -> No
     rng = np.random.default_rng(0)
     found = sample_limb(able, talos_data.bodies, leaning, 4000, rng, nothing)
     normals = found.rotations[:, :, 2]
-    assert np.abs(normals[:, 2]).max() <= np.sin(np.arctan(MOST_TILT)) + 1e-4
+    assert np.abs(normals[:, 2]).max() <= np.sin(np.arctan(MAX_TILT)) + 1e-4
 
 
 def test_manipulability_is_the_root_of_the_determinant(hyq_data: RobotData) -> None:

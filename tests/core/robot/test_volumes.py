@@ -110,12 +110,12 @@ def test_a_piece_hangs_on_the_nearest_joint_that_is_planned_with_the_root(
     robot = Robot.load(text)
     base, chest, thigh = trunk_volume(robot, 1.0)
     assert base.joint == thigh.joint == ROOT_JOINT
-    carrier = robot.model.getJointId(torso[-1]) if torso else ROOT_JOINT
-    assert chest.joint == carrier
+    supporting_surface = robot.model.getJointId(torso[-1]) if torso else ROOT_JOINT
+    assert chest.joint == supporting_surface
     body = next(g for g in robot.geometry.geometryObjects if g.name == "torso_2_link_0")
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, robot.reference)
-    placed = np.array([data.oMi[carrier].act(corner) for corner in chest.corners])
+    placed = np.array([data.oMi[supporting_surface].act(corner) for corner in chest.corners])
     own = data.oMi[body.parentJoint] * body.placement
     vertices = np.array([own.act(v) for v in np.asarray(body.geometry.vertices())])
     assert beyond(vertices, placed) < 1e-6  # wherever it hangs, it is where the link is

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from rbprm_core.scene.convex import MOST_CORNERS, convex_polygons
+from rbprm_core.scene.convex import MAX_CORNERS, convex_polygons
 from rbprm_core.scene.polygon import make_polygon
 
 Array = NDArray[np.float64]
@@ -21,7 +21,7 @@ def level(ring: list[tuple[float, float]]) -> Array:
 SQUARE = level([(0, 0), (1, 0), (1, 1), (0, 1)])
 
 
-@given(st.integers(3, MOST_CORNERS), st.integers(0, 2**32 - 1))
+@given(st.integers(3, MAX_CORNERS), st.integers(0, 2**32 - 1))
 def test_the_same_as_one_by_one(size: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     angles = np.sort(rng.uniform(0, 2 * np.pi, (8, size)), axis=1)
@@ -81,6 +81,6 @@ def test_a_star_is_not_convex() -> None:
 
 
 def test_many_corners_are_left_alone() -> None:
-    angles = np.arange(MOST_CORNERS + 1) * 2 * np.pi / (MOST_CORNERS + 1)
+    angles = np.arange(MAX_CORNERS + 1) * 2 * np.pi / (MAX_CORNERS + 1)
     ring = np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
     assert convex_polygons(ring[None]) == [None]

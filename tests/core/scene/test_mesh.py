@@ -22,7 +22,7 @@ from rbprm_core.scene import (
     read_triangles,
     surfaces_of_mesh,
 )
-from rbprm_core.vocabulary import SurfaceKind
+from rbprm_core.surface_kind import SurfaceKind
 
 Array = NDArray[np.float64]
 RUBBLE = "hpp_environments/meshes/multicontact/darpareduced.stl"

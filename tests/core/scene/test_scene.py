@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.scene import Scene, Surface, make_surface
-from rbprm_core.scene.scene import LEAST_TOGETHER, MOST_SHAPES
-from rbprm_core.vocabulary import SurfaceKind
+from rbprm_core.scene.scene import MAX_SHAPES, MIN_TOGETHER
+from rbprm_core.surface_kind import SurfaceKind
 
 Array = NDArray[np.float64]
 Box = Callable[..., list[Surface]]
@@ -125,9 +125,9 @@ def test_every_triangle_is_in_exactly_one_shape(seed: int, count: int, same: boo
         triangles[:] = triangles[0]  # nothing tells them apart
     shapes = Scene([], triangles).shapes
     parts = [np.asarray(shape.vertices()).reshape(-1, 3, 3) for shape in shapes]
-    most = max(LEAST_TOGETHER, -(-count // MOST_SHAPES))
+    most = max(MIN_TOGETHER, -(-count // MAX_SHAPES))
     assert max(map(len, parts)) <= most
-    assert len(parts) < 2 * MOST_SHAPES
+    assert len(parts) < 2 * MAX_SHAPES
     found, wanted = np.concatenate(parts).reshape(-1, 9), triangles.reshape(-1, 9)
     assert np.array_equal(found[np.lexsort(found.T)], wanted[np.lexsort(wanted.T)])
 
@@ -138,7 +138,7 @@ def test_a_shape_is_of_triangles_that_are_near_to_each_other() -> None:
     order = np.random.default_rng(0).permutation(len(places))
     shapes = Scene([], places[order][:, None] + corner).shapes
     sizes = [np.ptp(np.asarray(shape.vertices()), axis=0).max() for shape in shapes]
-    assert len(shapes) == MOST_SHAPES
+    assert len(shapes) == MAX_SHAPES
     assert max(sizes) < 4  # of 16
 
 

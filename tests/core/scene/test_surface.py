@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.scene import Classification, make_surface
-from rbprm_core.vocabulary import SurfaceKind
+from rbprm_core.surface_kind import SurfaceKind
 
 SQUARE = np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5, 0.5, 0]])
 
@@ -44,7 +44,7 @@ def test_kinds_of_a_square(turned: Any, kind: SurfaceKind) -> None:
 
 
 def test_the_classification_is_a_setting() -> None:
-    strict = Classification(least_area=2.0)
+    strict = Classification(min_area=2.0)
     assert make_surface("a", SQUARE, 0.5, classification=strict).kind is SurfaceKind.OTHER
 
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rbprm_core.statics import cone_generators
-from rbprm_core.statics.cone import LEAST_FRICTION
+from rbprm_core.statics.cone import MIN_FRICTION
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(0, 3))
@@ -20,7 +20,7 @@ def test_generators_are_unit_rays_on_the_cone(seed: int, friction: float) -> Non
     assert np.linalg.norm(rays, axis=1) == pytest.approx(np.ones(4))
     along = rays @ rotation[:, 2]
     across = np.linalg.norm(rays - along[:, None] * rotation[:, 2], axis=1)
-    assert across == pytest.approx(max(friction, LEAST_FRICTION) * along, abs=1e-12)
+    assert across == pytest.approx(max(friction, MIN_FRICTION) * along, abs=1e-12)
     assert (along > 0).all()
     middle = rays.sum(axis=0)
     assert middle / np.linalg.norm(middle) == pytest.approx(rotation[:, 2])

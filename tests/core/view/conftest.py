@@ -10,7 +10,7 @@ import pytest
 import trimesh
 from numpy.typing import NDArray
 
-from rbprm_core.plan import ContactPlan
+from rbprm_core.plan_record import ContactPlan
 from rbprm_core.resources import find_resource
 
 Array = NDArray[np.float64]

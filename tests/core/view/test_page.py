@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import ContactPlan, SurfaceEntry
+from rbprm_core.plan_record import ContactPlan, SurfaceEntry
 from rbprm_core.view.page import POLICY, write_page
 from rbprm_core.view.scene import make_scene
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import ContactPlan, Pose, SurfaceEntry
+from rbprm_core.plan_record import ContactPlan, Pose, SurfaceEntry
 from rbprm_core.view.picture import write_picture
 
 

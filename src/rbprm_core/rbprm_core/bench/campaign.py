@@ -15,7 +15,7 @@ from rbprm_core.bench.aggregate import Aggregate, CaseKey, aggregate, case_key
 from rbprm_core.bench.machine import Machine, this_machine
 from rbprm_core.bench.record import Case, RunRecord, Task
 from rbprm_core.bench.run import run_task
-from rbprm_core.budget import LEAST_TIME_LIMIT
+from rbprm_core.budget import MIN_TIME_LIMIT
 from rbprm_core.cache import key_of
 from rbprm_core.errors import InvalidInput
 from rbprm_core.robot import known_robots
@@ -147,7 +147,7 @@ def _tasks(
         robot = text.load_robot(case.robot)
         own = text.request_text(robot.name).time_limit
         limit = own if case.time_limit is None else case.time_limit
-        limit = finite_number("time_limit", limit, low=LEAST_TIME_LIMIT)
+        limit = finite_number("time_limit", limit, low=MIN_TIME_LIMIT)
         robustness = text.request_for(robot, 0, case.robustness).robustness_threshold
         text.scene()
         load_robot_data(robot, report)

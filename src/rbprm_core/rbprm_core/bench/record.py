@@ -76,7 +76,7 @@ class RunRecord:
         counts: the planner's.
         states, transitions: number of states and of contact changes; 0 where there is no plan.
         guide_length: metres.
-        least_robustness: by the check, newtons; None where there is no plan or no forces hold it.
+        min_robustness: by the check, newtons; None where there is no plan or no forces hold it.
         violations: number by kind of bound; None where there is no plan.
         support: number of transitions in which the robot stands without the moving contact at both
             ends, at one, at neither; None where there is no plan.
@@ -101,7 +101,7 @@ class RunRecord:
     states: int = 0
     transitions: int = 0
     guide_length: float = 0.0
-    least_robustness: float | None = None
+    min_robustness: float | None = None
     violations: dict[str, int] | None = None
     support: tuple[int, int, int] | None = None
     overhanging: int = 0

@@ -22,9 +22,9 @@ from rbprm_core.bench.record import LATE, Failure, RunRecord, Task
 from rbprm_core.budget import Budget
 from rbprm_core.check import check_plan
 from rbprm_core.errors import RbprmError
-from rbprm_core.plan import ContactPlan, Statistics
+from rbprm_core.plan_conversion.states_to_plan import contact_plan
+from rbprm_core.plan_record import ContactPlan, Statistics
 from rbprm_core.planner import Outcome, plan
-from rbprm_core.result import contact_plan
 from rbprm_core.robot import known_robots
 from rbprm_core.robot.data import RobotData, load_robot_data
 from rbprm_core.scenario import Scenario, known_scenarios, load_scenario
@@ -115,14 +115,14 @@ def _checked(record: RunRecord, result: ContactPlan) -> RunRecord:
     if failure is None and record.wall > record.time_limit:
         failure = Failure(LATE, "", f"took {record.wall:.3g} s")
     way = np.diff([node.position for node in result.guide], axis=0)
-    least = report.least_robustness
+    least = report.min_robustness
     return replace(
         record,
         failure=failure,
         states=report.states,
         transitions=report.transitions,
         guide_length=float(np.linalg.norm(way, axis=1).sum()),
-        least_robustness=least if math.isfinite(least) else None,
+        min_robustness=least if math.isfinite(least) else None,
         violations=dict(Counter(str(violation.kind) for violation in report.violations)),
         support=(report.support.both, report.support.one, report.support.neither),
         overhanging=report.overhanging,

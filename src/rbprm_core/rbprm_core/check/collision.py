@@ -51,7 +51,7 @@ from rbprm_core.check.kinematics import Robot
 from rbprm_core.check.poses import unit
 from rbprm_core.check.report import Kind, Violation
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import ContactEntry, StateEntry
+from rbprm_core.plan_record import ContactEntry, StateEntry
 
 DEPTH_BOUND = 2e-3
 STANDING_DEPTH_BOUND = 10e-3

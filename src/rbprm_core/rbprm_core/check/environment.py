@@ -16,13 +16,13 @@ from shapely.geometry import Polygon
 from rbprm_core.check.poses import angle_between
 from rbprm_core.check.report import Kind, Violation
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import ContactEntry, EnvironmentEntry, MeshEntry, SurfaceEntry
+from rbprm_core.plan_record import ContactEntry, EnvironmentEntry, MeshEntry, SurfaceEntry
 from rbprm_core.resources import find_resource
 
 CONTACT_BOUND = 3e-3
 NORMAL_BOUND = np.deg2rad(3.0)
 FRICTION_SLACK = 1e-6  # a coefficient may have passed through single precision
-LEAST_AREA = 1e-12  # m^2: a sliver below it has no normal worth the name
+MIN_AREA = 1e-12  # m^2: a sliver below it has no normal worth the name
 PLANAR_BOUND = 1e-3  # m: vertices of a polygon off its plane
 MERGE = 1e-6  # m: corners that near are one vertex
 INSIDE = 0.5  # of a winding number
@@ -57,7 +57,7 @@ class Environment:
         friction = np.repeat(declared, [len(piece) for piece in pieces])
         doubled = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
         areas = np.linalg.norm(doubled, axis=1) / 2
-        kept = areas > LEAST_AREA
+        kept = areas > MIN_AREA
         self.triangles: Triangles = triangles[kept]
         self.normals: NDArray[np.float64] = doubled[kept] / (2 * areas[kept, None])
         self.friction: NDArray[np.float64] = friction[kept]
@@ -223,7 +223,7 @@ def _polygon(entry: SurfaceEntry, field: str) -> Triangles:
     origin = vertices.mean(axis=0)
     # The sum of cross products is twice the vector area, whatever the polygon's shape.
     area = np.cross(vertices - origin, np.roll(vertices - origin, -1, axis=0)).sum(axis=0)
-    if np.linalg.norm(area) < LEAST_AREA:
+    if np.linalg.norm(area) < MIN_AREA:
         raise InvalidInput(f"{field}.vertices", entry.vertices, "has no area")
     normal = area / np.linalg.norm(area)
     seed = np.eye(3)[int(np.argmin(np.abs(normal)))]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rbprm_core.check.poses import pose_transform, transform, unit
 from rbprm_core.check.report import PLAN, Kind, Violation
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import ContactEntry, RobotEntry, StateEntry
+from rbprm_core.plan_record import ContactEntry, RobotEntry, StateEntry
 from rbprm_core.resources import find_resource, share_folders
 
 LIMIT_SLACK = 1e-6  # rad or m: a joint at its limit may have been rounded on its way to the file

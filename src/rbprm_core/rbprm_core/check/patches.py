@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from rbprm_core.check.environment import CONTACT_BOUND, Environment, point_distances
 from rbprm_core.check.report import Kind, Violation
-from rbprm_core.plan import ContactEntry, Vector3
+from rbprm_core.plan_record import ContactEntry, Vector3
 
 SPACING = 5e-3  # metres between samples: a gap of twice the bound and that much is not missed
-MOST_SAMPLES = 200  # along a side; patches are soles and palms
+MAX_SAMPLES = 200  # along a side; patches are soles and palms
 SLACK = 1e-9  # rounding of points between corners that were held to the same bound
 
 
@@ -73,7 +73,7 @@ def _samples(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray
     """Points (a, b, 3) over a patch (4, 3), its edges included, and the share of each (a, b)."""
     sides = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
     counts = [int(np.ceil(max(sides[k], sides[k + 2]) / SPACING)) + 1 for k in (0, 1)]
-    u, v = (np.linspace(0.0, 1.0, min(max(count, 2), MOST_SAMPLES)) for count in counts)
+    u, v = (np.linspace(0.0, 1.0, min(max(count, 2), MAX_SAMPLES)) for count in counts)
     u_, v_ = u[:, None, None], v[None, :, None]
     first, second, third, fourth = corners
     points = (1 - v_) * ((1 - u_) * first + u_ * second) + v_ * ((1 - u_) * fourth + u_ * third)

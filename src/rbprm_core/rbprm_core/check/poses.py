@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from rbprm_core.check.report import PLAN, Kind, Violation
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import ContactPlan, Pose, Quaternion, StateEntry, Vector3
+from rbprm_core.plan_record import ContactPlan, Pose, Quaternion, StateEntry, Vector3
 
 UNIT_TOLERANCE = 1e-3  # a pose may have passed through single precision
-LEAST_NORM = 1e-6
-FARTHEST = 1e6  # metres; nothing of a millimetre is left in products of larger coordinates
+MIN_NORM = 1e-6
+MAX_COORDINATE = 1e6  # metres; nothing of a millimetre is left in products of larger coordinates
 
 
 def transform(position: Vector3, orientation: Quaternion, field: str) -> pin.SE3:
@@ -24,7 +24,7 @@ def transform(position: Vector3, orientation: Quaternion, field: str) -> pin.SE3
         InvalidInput: a quaternion or a position that stands for no pose.
     """
     norm = float(np.linalg.norm(orientation))
-    if not np.abs([*position, norm]).max() < FARTHEST or norm < LEAST_NORM:
+    if not np.abs([*position, norm]).max() < MAX_COORDINATE or norm < MIN_NORM:
         raise InvalidInput(field, (position, orientation), "is no pose")
     rotation = pin.Quaternion(np.array(orientation) / norm).matrix()
     return pin.SE3(rotation, np.array(position, dtype=float))

@@ -119,7 +119,7 @@ class CheckReport:
         return not self.violations
 
     @property
-    def least_robustness(self) -> float:
+    def min_robustness(self) -> float:
         """Least recomputed b0 of all states, newtons; -inf for a plan without states."""
         return min(self.robustness, default=float("-inf"))
 
@@ -133,7 +133,7 @@ class CheckReport:
             ],
             "states": self.states,
             "robustness": [_finite(value) for value in self.robustness],
-            "least_robustness": _finite(self.least_robustness),
+            "min_robustness": _finite(self.min_robustness),
             "deepest_collision": self.deepest_collision,
             "overhanging": {"contacts": self.overhanging, "greatest_share": self.unsupported},
             "goal_contacts": {

@@ -26,7 +26,7 @@ from rbprm_core.check.report import PLAN, CheckReport, Kind, Violation
 from rbprm_core.check.sequence import Tracker, ends, limbs_once, missing_at_goal
 from rbprm_core.check.statics import force_closure, state_robustness, statics, weight
 from rbprm_core.check.support import End, SupportCount
-from rbprm_core.plan import ContactPlan, StateEntry
+from rbprm_core.plan_record import ContactPlan, StateEntry
 
 
 def check_plan(plan: ContactPlan) -> CheckReport:

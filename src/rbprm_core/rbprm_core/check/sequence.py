@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from rbprm_core.check.poses import angle_between, pose_transform
 from rbprm_core.check.report import Kind, Violation
-from rbprm_core.plan import ContactEntry, ContactPlan, Pose, StateEntry
+from rbprm_core.plan_record import ContactEntry, ContactPlan, Pose, StateEntry
 
 DRIFT_BOUND = 1.5e-3
 TURN_BOUND = np.deg2rad(3.0)  # as near as a normal must be to its facet's

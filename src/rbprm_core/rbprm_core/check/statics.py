@@ -15,7 +15,7 @@ from scipy.optimize import linprog
 from rbprm_core.check.poses import angle_between, transform, unit
 from rbprm_core.check.report import Kind, Violation
 from rbprm_core.errors import RbprmError
-from rbprm_core.plan import ContactEntry, StateEntry, Vector3
+from rbprm_core.plan_record import ContactEntry, StateEntry, Vector3
 
 SOLVER_SLACK = 1e-6
 """Of the weight, or of the grip force where there is no weight. HiGHS holds constraints to 1e-7 in
@@ -29,12 +29,12 @@ support of some decimetres. Of the grip force where there is no weight."""
 FREE_AGREEMENT = 0.05
 """Of b0, on top, where the plan does not fix the pyramid's edges about the normal."""
 
-LEAST_FRICTION = 1e-4
+MIN_FRICTION = 1e-4
 """Less friction counts as this much: without any, a floor that is level but for rounding would hold
 nothing, and b0 would say more of the last digits of the normals than of the contacts."""
 
 ALIGNED = np.deg2rad(1.0)
-LEAST_SPREAD = 1e-3
+MIN_SPREAD = 1e-3
 """Of the largest singular value of the wrenches; contacts whose least is below it lie on a line."""
 
 INDEPENDENT = 1e-9
@@ -68,7 +68,7 @@ def generators(normal: ArrayLike, tangent_1: ArrayLike, friction: float) -> NDAr
     """Unit edges (4, 3) of the friction pyramid n ± mu t1, n ± mu t2."""
     n, t1 = unit(normal), np.array(tangent_1, dtype=float)
     t2 = np.cross(n, t1)
-    mu = max(friction, LEAST_FRICTION)
+    mu = max(friction, MIN_FRICTION)
     return np.array([unit(n + mu * t) for t in (t1, -t1, t2, -t2)])
 
 
@@ -120,7 +120,7 @@ def grip(points: ArrayLike, edges: ArrayLike, force: float) -> float:
     balance = np.vstack((wrenches, np.ones(len(forces))))
     b0 = force * _largest_least_force(balance, np.append(np.zeros(6), 1.0))
     strengths = np.linalg.svd(wrenches, compute_uv=False)
-    on_a_line = len(strengths) < 6 or strengths[-1] < LEAST_SPREAD * strengths[0]
+    on_a_line = len(strengths) < 6 or strengths[-1] < MIN_SPREAD * strengths[0]
     return min(b0, 0.0) if on_a_line else b0
 
 

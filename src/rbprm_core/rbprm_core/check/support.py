@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rbprm_core.check.report import TransitionSupport
 from rbprm_core.check.statics import SOLVER_SLACK, state_robustness
-from rbprm_core.plan import ContactEntry
+from rbprm_core.plan_record import ContactEntry
 
 
 @dataclass(frozen=True, eq=False)

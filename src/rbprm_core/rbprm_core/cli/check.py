@@ -9,7 +9,7 @@ import click
 
 from rbprm_core.check import check_plan
 from rbprm_core.check.report import figures
-from rbprm_core.plan import ContactPlan
+from rbprm_core.plan_record import ContactPlan
 
 
 @click.command(short_help="Check a plan file on its own.")
@@ -26,6 +26,6 @@ def check(file: Path, as_json: bool) -> None:
     if not report.valid:
         click.echo(f"invalid: {len(report.violations)} violations", err=True)
         raise click.exceptions.Exit(1)
-    click.echo(f"valid: {report.states} states, least robustness {report.least_robustness:.2f} N")
+    click.echo(f"valid: {report.states} states, least robustness {report.min_robustness:.2f} N")
     for name, text in figures(report).items():
         click.echo(f"{name}: {text}")

@@ -10,17 +10,17 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from rbprm_core.budget import LEAST_TIME_LIMIT, Budget
+from rbprm_core.budget import MIN_TIME_LIMIT, Budget
 from rbprm_core.check import CheckReport, check_plan
 from rbprm_core.check.report import figures
 from rbprm_core.cli.progress import StageBars
 from rbprm_core.errors import InvalidInput
-from rbprm_core.guide.planners import PLANNERS
-from rbprm_core.plan import ContactPlan
+from rbprm_core.guide.root.planners import PLANNERS
+from rbprm_core.plan_conversion.states_to_plan import contact_plan
+from rbprm_core.plan_record import ContactPlan
 from rbprm_core.planner import plan as plan_request
-from rbprm_core.portfolio import plan_portfolio
+from rbprm_core.portfolio.portfolio import plan_portfolio
 from rbprm_core.request import PlanRequest
-from rbprm_core.result import contact_plan
 from rbprm_core.robot.data import load_robot_data
 from rbprm_core.scenario import load_scenario
 from rbprm_core.validation import finite_number
@@ -45,9 +45,10 @@ from rbprm_core.validation import finite_number
 @click.option("--time-limit", type=float, help="Seconds; the scenario's by default.")
 @click.option("--robustness", type=float, help="Least raw b0 in newtons instead of the scenario's.")
 @click.option(
+    "--accept-below-threshold",
     "--most-robust",
     is_flag=True,
-    help="Where none reaches the threshold, take the most robust state that stands.",
+    help="Where no state reaches the threshold, accept the one with the largest b0 of at least 0.",
 )
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Plan file to write.")
 def plan(
@@ -58,7 +59,7 @@ def plan(
     guide: str | None,
     time_limit: float | None,
     robustness: float | None,
-    most_robust: bool,
+    accept_below_threshold: bool,
     out: Path | None,
 ) -> None:
     """Plan SCENARIO, a known name or a scenario file, and check the plan.
@@ -74,12 +75,12 @@ def plan(
         raise InvalidInput("out", str(out), "its folder does not exist")
     model = text.load_robot(robot)
     limit = text.request_text(model.name).time_limit if time_limit is None else time_limit
-    limit = finite_number("time_limit", limit, low=LEAST_TIME_LIMIT)
+    limit = finite_number("time_limit", limit, low=MIN_TIME_LIMIT)
     request = text.request_for(model, seed, robustness)
     if guide is not None:
         request = _guided_by(guide, request)
-    if most_robust:
-        request = _most_robust(request)
+    if accept_below_threshold:
+        request = _accept_below_threshold(request)
     scene = text.scene()
     console = Console()
     with StageBars(console) as bars:
@@ -105,8 +106,8 @@ def _guided_by(planner: str, request: PlanRequest) -> PlanRequest:
     return replace(request, options=replace(request.options, guide=chosen))
 
 
-def _most_robust(request: PlanRequest) -> PlanRequest:
-    generator = replace(request.options.generator, most_robust=True)
+def _accept_below_threshold(request: PlanRequest) -> PlanRequest:
+    generator = replace(request.options.generator, accept_below_threshold=True)
     return replace(request, options=replace(request.options, generator=generator))
 
 
@@ -135,4 +136,4 @@ def _robustness(result: ContactPlan) -> str:
     values = [state.robustness for state in result.states]
     text = f"{min(values):.3g} N (threshold {threshold:g} N)"
     under = sum(value < threshold for value in values)
-    return f"{text}, {under} states under it, by most_robust" if under else text
+    return f"{text}, {under} states under it, by accept_below_threshold" if under else text

@@ -9,8 +9,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from rbprm_core.bench.rehearsal import PlayedEdit, rehearse
-from rbprm_core.budget import LEAST_TIME_LIMIT
+from rbprm_core.bench.replanning_benchmark import PlayedEdit, replanning_benchmark
+from rbprm_core.budget import MIN_TIME_LIMIT
 from rbprm_core.cli.progress import StageBars
 from rbprm_core.errors import InvalidInput
 from rbprm_core.robot.data import load_robot_data
@@ -47,12 +47,14 @@ def replan(
         raise InvalidInput("out", str(out), "its folder does not exist")
     model = text.load_robot()
     limit = text.request_text(model.name).time_limit if time_limit is None else time_limit
-    limit = finite_number("time_limit", limit, low=LEAST_TIME_LIMIT)
+    limit = finite_number("time_limit", limit, low=MIN_TIME_LIMIT)
     console = Console(soft_wrap=True)
     with StageBars(console) as bars:
         data = load_robot_data(model, bars.robot_data)
     played: list[PlayedEdit] = []
-    for edit in rehearse(text, data, seed, len(text.edits) if edits is None else edits, limit):
+    for edit in replanning_benchmark(
+        text, data, seed, len(text.edits) if edits is None else edits, limit
+    ):
         console.print(_line(edit), markup=False, highlight=False)
         for fault in (edit.failure, *edit.violations):
             if fault:

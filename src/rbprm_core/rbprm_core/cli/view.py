@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from rbprm_core.plan import ContactPlan
+from rbprm_core.plan_record import ContactPlan
 
 
 @click.command(short_help="Write a page or a picture that shows a plan.")

@@ -1,9 +1,13 @@
 """Going on from a plan whose surroundings changed: what still holds, from where, and how."""
 
+from rbprm_core.plan_conversion.plan_to_states import (
+    root_placement,
+    state_from_plan,
+    states_from_plan,
+)
 from rbprm_core.replanning.policy import Decision, Keep, Replan, Situation, Stuck, decide
 from rbprm_core.replanning.replan import Revision, replan, replan_from_one_of
-from rbprm_core.replanning.restore import restored_state, restored_states, root_placement
-from rbprm_core.replanning.validity import InvalidState, Reason, Watch
+from rbprm_core.replanning.validity import InvalidState, Reason, ValidityMonitor
 
 __all__ = [
     "Decision",
@@ -14,11 +18,11 @@ __all__ = [
     "Revision",
     "Situation",
     "Stuck",
-    "Watch",
+    "ValidityMonitor",
     "decide",
     "replan",
     "replan_from_one_of",
-    "restored_state",
-    "restored_states",
     "root_placement",
+    "state_from_plan",
+    "states_from_plan",
 ]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from rbprm_core.body.state import State
 from rbprm_core.budget import Budget
-from rbprm_core.contacts import State
 from rbprm_core.errors import (
     InvalidInput,
     NoGuideFound,
@@ -14,7 +14,7 @@ from rbprm_core.errors import (
     RbprmError,
     StartUnreachable,
 )
-from rbprm_core.guide import RoadmapStore
+from rbprm_core.guide.root import RoadmapStore
 from rbprm_core.planner import Outcome, plan
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot.data import RobotData

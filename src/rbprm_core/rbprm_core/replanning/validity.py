@@ -16,16 +16,17 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from rbprm_core.contacts.collision import LIFT
-from rbprm_core.contacts.resume import ROUNDING
-from rbprm_core.contacts.stability import Stability
-from rbprm_core.contacts.state import Contact, State
+from rbprm_core.body.collision import LIFT
+from rbprm_core.body.contact import Contact
+from rbprm_core.body.stability import Stability
+from rbprm_core.body.state import State
+from rbprm_core.contacts.continuation import ROUNDING
 from rbprm_core.errors import InvalidInput
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface
-from rbprm_core.scene.carrier import carrier
 from rbprm_core.scene.changes import added_triangles
 from rbprm_core.scene.scene import mesh_shape
+from rbprm_core.scene.supporting_surface import supporting_surface
 from rbprm_core.statics import GRIP_FORCE, cone_generators
 
 Array = NDArray[np.float64]
@@ -58,12 +59,12 @@ class InvalidState:
     text: str
 
 
-class Watch:
+class ValidityMonitor:
     """One sequence, to be held against one scene after the other. Not thread-safe.
 
     Args:
         threshold: least b0 of a state, newtons; where the planner was told to take the most robust
-            states under it (`most_robust`), 0. gravity: (3,) m/s^2.
+            states under it (`accept_below_threshold`), 0. gravity: (3,) m/s^2.
         grip_force: what b0 without gravity is measured by, newtons.
         free: a scene in which no state collides, as the one that they were planned in.
 
@@ -100,16 +101,18 @@ class Watch:
         collisions; contacts and equilibrium are looked at in any case.
         """
         found: dict[int, InvalidState] = {}
-        carriers: dict[int, Surface | None] = {}  # by contact: neighbours share most of theirs
+        supporting_surfaces: dict[
+            int, Surface | None
+        ] = {}  # by contact: neighbours share most of theirs
         hit = self._hit(scene, first)
         for i in range(first, len(self.states)):
             state = self.states[i]
             for contact in state.contacts:
-                if id(contact) not in carriers:
-                    carriers[id(contact)] = carrier(
+                if id(contact) not in supporting_surfaces:
+                    supporting_surfaces[id(contact)] = supporting_surface(
                         scene, contact.points, contact.normal, contact.surface
                     )
-            on = [carriers[id(contact)] for contact in state.contacts]
+            on = [supporting_surfaces[id(contact)] for contact in state.contacts]
             invalid = self._lost(i, on) or self._collides(i, hit) or self._falls(i, on)
             if invalid is not None:
                 found[i] = invalid

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 CELL = 0.12  # metres; edge of a cell: larger ones hold more samples to test, smaller ones are more
-LEAST_CELLS = 6  # along the reach of a limb too small for cells of that edge, such as a finger
+MIN_CELLS = 6  # along the reach of a limb too small for cells of that edge, such as a finger
 
 
 class LimbDatabase:
@@ -32,7 +32,7 @@ class LimbDatabase:
         self, joints: Array, positions: Array, rotations: Array, jacobians: Array, coms: Array
     ) -> None:
         reach = float((positions.max(axis=0) - positions.min(axis=0)).max())
-        self._cell = min(CELL, max(reach, 1e-3) / LEAST_CELLS)
+        self._cell = min(CELL, max(reach, 1e-3) / MIN_CELLS)
         cell = np.floor(positions / self._cell).astype(np.int64)
         order = np.lexsort(cell.T)
         self.joints = joints[order]

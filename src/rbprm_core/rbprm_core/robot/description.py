@@ -14,16 +14,16 @@ from pydantic import Field, model_validator
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.files import known_files, read_toml
+from rbprm_core.surface_kind import SurfaceKind
 from rbprm_core.validation import FILE_NAME, Record, one_of, parse_record
-from rbprm_core.vocabulary import SurfaceKind
 
-MOST_SIZE = 10.0  # metres of a foot
-MOST_SCALE = 10.0  # of the trunk volume
-MOST_WEIGHT = 1e6  # of a heuristic
+MAX_SIZE = 10.0  # metres of a foot
+MAX_SCALE = 10.0  # of the trunk volume
+MAX_WEIGHT = 1e6  # of a heuristic
 
-Positive = Annotated[float, Field(gt=0, le=MOST_SIZE)]
+Positive = Annotated[float, Field(gt=0, le=MAX_SIZE)]
 Names = Annotated[tuple[str, ...], Field(min_length=1)]
-Weight = Annotated[float, Field(ge=-MOST_WEIGHT, le=MOST_WEIGHT)]
+Weight = Annotated[float, Field(ge=-MAX_WEIGHT, le=MAX_WEIGHT)]
 Weights = Annotated[dict[str, Weight], Field(min_length=1)]
 
 
@@ -40,7 +40,7 @@ class PointContact(Record):
     """
 
     type: Literal["point"]
-    radius: Annotated[float, Field(ge=0, le=MOST_SIZE)]
+    radius: Annotated[float, Field(ge=0, le=MAX_SIZE)]
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
     axis: tuple[float, float, float] = (0.0, 0.0, -1.0)
     angle: Annotated[float, Field(gt=0, le=math.pi)] = math.pi
@@ -96,7 +96,7 @@ class VolumeSettings(Record):
     """
 
     trunk_links: Names
-    trunk_scale: Annotated[float, Field(ge=1, le=MOST_SCALE)] = 1.2
+    trunk_scale: Annotated[float, Field(ge=1, le=MAX_SCALE)] = 1.2
     samples: Annotated[int, Field(ge=1000, le=10_000_000)] = 50_000
     faces: Annotated[int, Field(ge=4, le=10_000)] = 38
 

@@ -12,7 +12,7 @@ from rbprm_core.errors import InvalidInput
 from rbprm_core.placement import Placement
 from rbprm_core.robot.description import LimbDescription, PointContact
 from rbprm_core.robot.kinematics import LimbKinematics
-from rbprm_core.vocabulary import SurfaceKind
+from rbprm_core.surface_kind import SurfaceKind
 
 Array = NDArray[np.float64]
 

@@ -14,13 +14,13 @@ from rbprm_core.robot.bodies import Bodies
 from rbprm_core.robot.limb import Limb
 from rbprm_core.robot.model import Robot
 from rbprm_core.robot.projection import face
-from rbprm_core.vocabulary import SurfaceKind
+from rbprm_core.surface_kind import SurfaceKind
 
 Array = NDArray[np.float64]
 
-LEAST_VALID = 100
+MIN_VALID = 100
 PITCHED = 0.5  # share of the samples made for a root anywhere in the limb's pitch range
-MOST_TILT = 0.35  # tangent of the tilt of the surfaces that samples of a patch face
+MAX_TILT = 0.35  # tangent of the tilt of the surfaces that samples of a patch face
 REPORT_EVERY = 50  # configurations; a few hundredths of a second, for reports may stop the work
 
 
@@ -73,7 +73,7 @@ def sample_limb(
             continue
         drawn[i] = q[limb.q_index] = fitted
         valid[i] = not pin.computeCollisions(robot.model, data, geometry, scratch, q, True)
-    if valid.sum() < LEAST_VALID:
+    if valid.sum() < MIN_VALID:
         faced = "face a surface and " if limb.planar else ""
         reason = (
             f"only {valid.sum()} of {draws} random configurations {faced}are free of "
@@ -98,11 +98,11 @@ def _face_surface(limb: Limb, joints: Array, rng: np.random.Generator) -> Array 
     """
     kind = limb.surfaces[rng.integers(len(limb.surfaces))]
     if kind is SurfaceKind.SUPPORT:
-        tilt = rng.uniform(-MOST_TILT, MOST_TILT, 2)
+        tilt = rng.uniform(-MAX_TILT, MAX_TILT, 2)
         normal = np.array([tilt[0], tilt[1], 1.0])
     else:
         angle = rng.uniform(-np.pi, np.pi)
-        normal = np.array([np.cos(angle), np.sin(angle), rng.uniform(-MOST_TILT, MOST_TILT)])
+        normal = np.array([np.cos(angle), np.sin(angle), rng.uniform(-MAX_TILT, MAX_TILT)])
     normal /= np.linalg.norm(normal)
     if rng.random() < PITCHED:
         normal = pin.rpy.rpyToMatrix(0.0, -rng.uniform(*limb.root_pitch), 0.0) @ normal

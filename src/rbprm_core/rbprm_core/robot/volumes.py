@@ -72,7 +72,7 @@ def trunk_volume(robot: Robot, scale: float) -> list[TrunkPiece]:
     Raises:
         InvalidInput: a trunk link that does not exist or has no geometry.
     """
-    carriers = {ROOT_JOINT, *robot.root_joints}
+    supporting_surfaces = {ROOT_JOINT, *robot.root_joints}
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, robot.reference)
     pieces = []
@@ -83,12 +83,12 @@ def trunk_volume(robot: Robot, scale: float) -> list[TrunkPiece]:
             reason = f"no collision geometry; links that have one: {', '.join(known)}"
             raise InvalidInput("volumes.trunk_links", link, reason)
         for body in bodies:
-            carrier = body.parentJoint
-            while carrier not in carriers:
-                carrier = robot.model.parents[carrier]
-            carried = data.oMi[carrier].actInv(data.oMi[body.parentJoint])
+            supporting_surface = body.parentJoint
+            while supporting_surface not in supporting_surfaces:
+                supporting_surface = robot.model.parents[supporting_surface]
+            carried = data.oMi[supporting_surface].actInv(data.oMi[body.parentJoint])
             corners = np.array([carried.act(corner) for corner in _box(body, scale)])
-            pieces.append(TrunkPiece(carrier, corners))
+            pieces.append(TrunkPiece(supporting_surface, corners))
     return pieces
 
 

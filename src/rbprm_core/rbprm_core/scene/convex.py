@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbprm_core.scene.plane import Plane, plane_axes, ring_planes
-from rbprm_core.scene.polygon import LEAST_AREA, PLANAR_TOLERANCE, SAME_POINT, Polygon
-from rbprm_core.validation import FARTHEST
+from rbprm_core.scene.polygon import MIN_AREA, PLANAR_TOLERANCE, SAME_POINT, Polygon
+from rbprm_core.validation import MAX_COORDINATE
 
 Array = NDArray[np.float64]
 
 SHARP = 1e-6  # sine of the angle between edges; flatter corners are left to `make_polygon`
-MOST_CORNERS = 16  # rings of more are left to `make_polygon`
+MAX_CORNERS = 16  # rings of more are left to `make_polygon`
 FIRST_OF_PIECE = 2  # places from the end; where `make_polygon` too begins the piece
 
 
@@ -27,15 +27,15 @@ def convex_polygons(rings: Array) -> list[Polygon | None]:
         then makes it, or says what is wrong.
     """
     count, size = rings.shape[:2]
-    if not 3 <= size <= MOST_CORNERS:
+    if not 3 <= size <= MAX_CORNERS:
         return [None] * count
-    good = np.asarray((np.abs(rings) <= FARTHEST).all(axis=(1, 2)))  # False of NaN
+    good = np.asarray((np.abs(rings) <= MAX_COORDINATE).all(axis=(1, 2)))  # False of NaN
     rings = np.where(good[:, None, None], rings, 0.0)
     edges = np.roll(rings, -1, axis=1) - rings
     lengths = np.sqrt((edges**2).sum(axis=2))
     good &= (lengths > SAME_POINT).all(axis=1)
     origins, normals, sizes = ring_planes(rings)
-    good &= sizes >= LEAST_AREA
+    good &= sizes >= MIN_AREA
     axes = plane_axes(normals)
     arms = rings - origins[:, None]
     good &= (np.abs(np.einsum("gvi,gi->gv", arms, normals)) <= PLANAR_TOLERANCE).all(axis=1)

@@ -17,7 +17,7 @@ from rbprm_core.resources import find_resource
 from rbprm_core.scene.plane import Plane, plane_of
 from rbprm_core.scene.polygon import PLANAR_TOLERANCE, Polygon, polygon_of_shape
 from rbprm_core.scene.surface import Classification, Surface
-from rbprm_core.validation import FARTHEST
+from rbprm_core.validation import MAX_COORDINATE
 
 Array = NDArray[np.float64]
 
@@ -63,8 +63,8 @@ def read_triangles(source: MeshSource, field: str = "mesh") -> Array:
         raise InvalidInput(f"{field}.file", source.file, "is truncated: faces are missing")
     if not np.isfinite(triangles).all():
         raise InvalidInput(f"{field}.file", source.file, "has coordinates that are not finite")
-    if np.abs(triangles).max() > FARTHEST:
-        reason = f"has coordinates beyond {FARTHEST:g} m"
+    if np.abs(triangles).max() > MAX_COORDINATE:
+        reason = f"has coordinates beyond {MAX_COORDINATE:g} m"
         raise InvalidInput(f"{field}.file", source.file, reason)
     return np.asarray(triangles @ source.rotation.T + source.translation)
 

@@ -20,7 +20,7 @@ Indices = tuple[int, ...]
 
 PLANAR_TOLERANCE = 8e-4  # metres; a little less than a plan is held to by its check
 SAME_POINT = 1e-9  # metres
-LEAST_AREA = 1e-8  # square metres
+MIN_AREA = 1e-8  # square metres
 STRAIGHT = 1e-9  # sine of the angle below which two edges count as one line
 
 
@@ -187,7 +187,7 @@ def _distinct(ring: Array, field: str) -> Array:
 def _plane(ring: Array, field: str) -> Plane:
     """The plane of a ring (v, 3)."""
     origins, normals, areas = ring_planes(ring[None])
-    if areas[0] < LEAST_AREA:
+    if areas[0] < MIN_AREA:
         reason = f"has no area ({areas[0]:.3g} m^2): its points lie on a line or its loops cancel"
         raise InvalidInput(field, ring.tolist(), reason)
     return plane_of(origins[0], normals[0])

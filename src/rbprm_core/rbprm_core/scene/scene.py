@@ -14,12 +14,12 @@ from scipy.sparse.csgraph import connected_components
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.scene.surface import Surface
-from rbprm_core.vocabulary import SurfaceKind
+from rbprm_core.surface_kind import SurfaceKind
 
 Array = NDArray[np.float64]
 
-LEAST_TOGETHER = 8  # triangles; fewer in a shape prune no better
-MOST_SHAPES = 16  # so many boxes are compared faster than pairs of bodies are set up for more
+MIN_TOGETHER = 8  # triangles; fewer in a shape prune no better
+MAX_SHAPES = 16  # so many boxes are compared faster than pairs of bodies are set up for more
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +114,7 @@ class Scene:
     @cached_property
     def shapes(self) -> tuple[coal.BVHModelOBBRSS, ...]:
         """Everything that can be hit, as coal meshes of triangles that are near to each other."""
-        most = max(LEAST_TOGETHER, -(-len(self.triangles) // MOST_SHAPES))
+        most = max(MIN_TOGETHER, -(-len(self.triangles) // MAX_SHAPES))
         return tuple(mesh_shape(part) for part in _split(self.triangles, most))
 
     def surfaces_shape(self, kinds: tuple[SurfaceKind, ...]) -> coal.BVHModelOBBRSS | None:

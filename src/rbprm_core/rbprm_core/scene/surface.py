@@ -11,8 +11,8 @@ from pydantic import Field
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.scene.polygon import Polygon, make_polygon
-from rbprm_core.validation import MOST_FRICTION, finite_number
-from rbprm_core.vocabulary import SurfaceKind
+from rbprm_core.surface_kind import SurfaceKind
+from rbprm_core.validation import MAX_FRICTION, finite_number
 
 Array = NDArray[np.float64]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -25,16 +25,16 @@ class Classification:
     Attributes:
         support: Support where ||z - n||^2 is less than this.
         lean: Lean where |n . z| is less than this.
-        least_area: smaller surfaces are obstacles only, square metres.
+        min_area: smaller surfaces are obstacles only, square metres.
     """
 
     support: NotNegative = 0.3
     lean: NotNegative = 0.1
-    least_area: NotNegative = 0.002
+    min_area: NotNegative = 0.002
 
     def kind(self, normal: Array, area: float) -> SurfaceKind:
         """Kind of a surface with a unit normal (3,) and an area."""
-        if area < self.least_area:
+        if area < self.min_area:
             return SurfaceKind.OTHER
         if 2 - 2 * normal[2] < self.support:  # ||z - n||^2 of two unit vectors
             return SurfaceKind.SUPPORT
@@ -70,7 +70,7 @@ def make_surface(
 
     Args:
         identity: unique id. vertices: (v, 3), counter-clockwise seen from outside, metres.
-        friction: coefficient of Coulomb friction, 0 to `MOST_FRICTION`. holes: each (h, 3).
+        friction: coefficient of Coulomb friction, 0 to `MAX_FRICTION`. holes: each (h, 3).
         field: name of the surface in errors.
 
     Raises:
@@ -78,7 +78,7 @@ def make_surface(
     """
     if not identity:
         raise InvalidInput(f"{field}.id", identity, "must not be empty")
-    friction = finite_number(f"{field}.friction", friction, low=0.0, high=MOST_FRICTION)
+    friction = finite_number(f"{field}.friction", friction, low=0.0, high=MAX_FRICTION)
     polygon = make_polygon(vertices, holes, field)
     kind = classification.kind(polygon.plane.normal, polygon.area)
     return Surface(identity, polygon, friction, kind)

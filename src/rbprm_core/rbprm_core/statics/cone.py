@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-LEAST_FRICTION = 1e-4
+MIN_FRICTION = 1e-4
 """Less friction counts as this much.
 
 Whether level ground without any holds a robot would hang on the last digits of its normals: at
@@ -24,7 +24,7 @@ def cone_generators(rotation: Array, friction: float) -> Array:
         rotation: (3, 3) contact frame in the world, columns t1, t2, n with n the outward normal.
         friction: coefficient mu of Coulomb friction.
     """
-    friction = max(friction, LEAST_FRICTION)
+    friction = max(friction, MIN_FRICTION)
     t1, t2, n = rotation.T
     rays = np.stack([n + friction * t1, n - friction * t1, n + friction * t2, n - friction * t2])
     return np.asarray(rays / np.sqrt(1 + friction * friction))

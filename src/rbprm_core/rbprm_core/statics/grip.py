@@ -30,7 +30,7 @@ GRIP_FORCE = 10.0
 """Newtons, where a request does not say: three finger-tips that press with 3 N each."""
 
 ROUNDING = 1e-7  # of the largest singular value of G
-LEAST_SPREAD = 1e-2
+MIN_SPREAD = 1e-2
 """Least over largest singular value of G, in units of the contacts' extent, to count as rank 6.
 
 Points that lie on a line but for a hundredth of their extent resist no moment worth the name.
@@ -66,5 +66,5 @@ def grip_robustness(points: Array, generators: Array, grip_force: float) -> floa
         return -np.inf  # coefficients that balance add up to nothing: some pull
     target = np.append(np.zeros(len(balances)), 1.0 / size)
     b0 = grip_force * largest_least(np.vstack([balances, total / size]), target)
-    closed = len(spread) == 6 and spread[-1] >= LEAST_SPREAD * spread[0]
+    closed = len(spread) == 6 and spread[-1] >= MIN_SPREAD * spread[0]
     return b0 if closed else min(b0, 0.0)

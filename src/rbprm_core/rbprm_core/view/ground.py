@@ -8,7 +8,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import EnvironmentEntry, MeshEntry, SurfaceEntry, Vector3
+from rbprm_core.plan_record import EnvironmentEntry, MeshEntry, SurfaceEntry, Vector3
 from rbprm_core.resources import find_resource
 from rbprm_core.view.meshes import flat_mesh, frame_on, joined
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from shapely import MultiPolygon, Polygon
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import ContactPlan
+from rbprm_core.plan_record import ContactPlan
 from rbprm_core.view.meshes import flat_mesh, frame_on, joined, sharp_edges, thinned
 from rbprm_core.view.palette import BODY, GROUND, GROUND_EDGE, GUIDE, limb_colors
 from rbprm_core.view.scene import Footprint, PlanScene, make_scene

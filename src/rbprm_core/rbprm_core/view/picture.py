@@ -17,7 +17,7 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import ContactPlan
+from rbprm_core.plan_record import ContactPlan
 from rbprm_core.view.meshes import sharp_edges, thinned
 from rbprm_core.view.palette import BAD, BODY, GROUND, GROUND_EDGE, GUIDE, INK, limb_colors
 from rbprm_core.view.scene import PlanScene, make_scene

@@ -13,7 +13,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import ContactPlan, StateEntry
+from rbprm_core.plan_record import ContactPlan, StateEntry
 from rbprm_core.resources import find_resource
 from rbprm_core.view.ground import read_ground
 from rbprm_core.view.links import Link, read_links

@@ -13,9 +13,9 @@ from rbprm_core.errors import InvalidInput
 from rbprm_core.placement import Placement
 from rbprm_core.resources import find_resource
 from rbprm_core.scene import MeshSource, read_triangles
-from rbprm_core.validation import MOST_FRICTION, finite_number
+from rbprm_core.validation import MAX_FRICTION, finite_number
 from rbprm_ros.conversions.geometry import placement_of_message, quadruple, triple
-from rbprm_ros.conversions.meshes import LEAST_TRIANGLE, areas, require_triangles
+from rbprm_ros.conversions.meshes import MIN_TRIANGLE, areas, require_triangles
 from rbprm_ros.conversions.surfaces import update_of_message
 from rbprm_ros.environment import MeshUpdate, SurfaceUpdate
 from rbprm_ros.parameters import Settings
@@ -60,7 +60,7 @@ def snapshot_update(
     Raises:
         InvalidInput: `mesh`, `pose` or `friction`, and what to do.
     """
-    friction = finite_number("friction", friction, low=0.0, high=MOST_FRICTION)
+    friction = finite_number("friction", friction, low=0.0, high=MAX_FRICTION)
     unset = (*triple(pose.position), *quadruple(pose.orientation)) == UNSET
     placement = Placement.parse((0, 0, 0)) if unset else placement_of_message(pose, "pose")
     transform = placement.transform
@@ -71,7 +71,7 @@ def snapshot_update(
     except InvalidInput as error:
         raise InvalidInput("mesh", mesh, error.reason) from error
     require_triangles("mesh", len(triangles), settings)
-    triangles = triangles[areas(triangles) >= LEAST_TRIANGLE]
+    triangles = triangles[areas(triangles) >= MIN_TRIANGLE]
     if not len(triangles):
         raise InvalidInput("mesh", mesh, "has no triangle that has an area; is it in metres?")
     return SurfaceUpdate(

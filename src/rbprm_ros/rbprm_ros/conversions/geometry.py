@@ -12,7 +12,7 @@ from std_msgs.msg import Header
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.placement import Placement
-from rbprm_core.plan import Pose
+from rbprm_core.plan_record import Pose
 
 Triple = tuple[float, float, float]
 Quadruple = tuple[float, float, float, float]

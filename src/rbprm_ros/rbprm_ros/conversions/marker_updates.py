@@ -10,7 +10,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.placement import Placement
-from rbprm_core.validation import FARTHEST, coordinates
+from rbprm_core.validation import MAX_COORDINATE, coordinates
 from rbprm_ros.conversions.geometry import (
     nanoseconds_of,
     placement_of_message,
@@ -20,7 +20,7 @@ from rbprm_ros.conversions.geometry import (
 )
 from rbprm_ros.conversions.meshes import (
     CORNERS_PER_TRIANGLE,
-    LEAST_TRIANGLE,
+    MIN_TRIANGLE,
     areas,
     points_array,
     require_triangles,
@@ -99,10 +99,10 @@ def _mesh(marker: Marker, identity: str, field: str, settings: Settings) -> Mesh
     placement = _placement(marker, f"{field}.pose").transform
     points = points_array(marker.points, f"{field}.points") * scale
     triangles = (points @ placement.rotation.T + placement.translation).reshape(-1, 3, 3)
-    if np.abs(triangles).max() > FARTHEST:
-        reason = f"must lie within {FARTHEST:g} m of the origin, scaled and placed"
+    if np.abs(triangles).max() > MAX_COORDINATE:
+        reason = f"must lie within {MAX_COORDINATE:g} m of the origin, scaled and placed"
         raise InvalidInput(f"{field}.points", f"{len(points)} points", reason)
-    triangles = triangles[areas(triangles) >= LEAST_TRIANGLE]  # what is flat bounds nothing
+    triangles = triangles[areas(triangles) >= MIN_TRIANGLE]  # what is flat bounds nothing
     if not len(triangles):
         reason = "make no triangle that has an area"
         raise InvalidInput(f"{field}.points", f"{len(points)} points", reason)

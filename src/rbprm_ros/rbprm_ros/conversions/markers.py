@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from rbprm_core.plan import ContactPlan
+from rbprm_core.plan_record import ContactPlan
 from rbprm_core.resources import find_resource
 from rbprm_core.scene.scene import fans
 from rbprm_core.view.palette import BAD, BODY, GROUND, GUIDE, INK, limb_colors
@@ -23,8 +23,8 @@ from rbprm_ros.environment import Snapshot
 
 Array = NDArray[np.float64]
 
-MOST_TRIANGLES = 8_000  # drawn; the message stays under a megabyte
-MOST_LABELS = 200  # footprints with a number
+MAX_TRIANGLES = 8_000  # drawn; the message stays under a megabyte
+MAX_LABELS = 200  # footprints with a number
 SILHOUETTES = 6  # states in which the robot is drawn
 SEE_THROUGH = 0.5  # opacity of surfaces
 LIFT = 2e-3  # metres; keeps footprints off the surfaces that they are in
@@ -58,9 +58,9 @@ def _environment(header: Header, snapshot: Snapshot) -> list[Marker]:
     surfaces = fans([piece for s in snapshot.surfaces for piece in s.polygon.pieces])
     obstacles = [obstacle.triangles for obstacle in snapshot.obstacles]
     triangles = np.concatenate([np.zeros((0, 3, 3)), *obstacles])
-    rest = max(MOST_TRIANGLES - len(surfaces), 0)
+    rest = max(MAX_TRIANGLES - len(surfaces), 0)
     drawn = (
-        ("surfaces", _largest(surfaces, MOST_TRIANGLES), _color(GROUND, SEE_THROUGH)),
+        ("surfaces", _largest(surfaces, MAX_TRIANGLES), _color(GROUND, SEE_THROUGH)),
         ("obstacles", _largest(triangles, rest), _color(BAD, SEE_THROUGH)),
     )
     return [_triangles(header, name, part, color) for name, part, color in drawn if len(part)]
@@ -124,7 +124,7 @@ def _labels(header: Header, feet: Sequence[Footprint]) -> list[Marker]:
             color=color,
             text=str(foot.state),
         )
-        for i, foot in enumerate(feet[:MOST_LABELS])
+        for i, foot in enumerate(feet[:MAX_LABELS])
     ]
 
 

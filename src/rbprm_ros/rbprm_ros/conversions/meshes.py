@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from shape_msgs.msg import Mesh, MeshTriangle
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.validation import FARTHEST
+from rbprm_core.validation import MAX_COORDINATE
 from rbprm_ros.parameters import Settings
 
 Array = NDArray[np.float64]
 
-LEAST_TRIANGLE = 1e-12  # square metres; smaller ones have no direction that means anything
+MIN_TRIANGLE = 1e-12  # square metres; smaller ones have no direction that means anything
 CORNERS_PER_TRIANGLE = 3
 
 
@@ -36,7 +36,7 @@ def triangles_of_mesh(message: Mesh, field: str) -> Array:
         reason = f"must index the mesh's {len(vertices)} vertices, from 0"
         raise InvalidInput(f"{field}.triangles.{i}", faces[i].tolist(), reason)
     triangles = vertices[faces]
-    flat = areas(triangles) < LEAST_TRIANGLE
+    flat = areas(triangles) < MIN_TRIANGLE
     if flat.any():
         i = int(flat.argmax())
         reason = f"has no area: its corners are {triangles[i].tolist()}; leave it out"
@@ -61,10 +61,10 @@ def points_array(points: Sequence[Point], field: str) -> Array:
         InvalidInput: names the first that is not finite, or beyond 100 km.
     """
     array = np.array([(p.x, p.y, p.z) for p in points], dtype=float).reshape(-1, 3)
-    bad = ~(np.abs(array) <= FARTHEST).all(axis=1)  # NaN too
+    bad = ~(np.abs(array) <= MAX_COORDINATE).all(axis=1)  # NaN too
     if bad.any():
         i = int(bad.argmax())
-        reason = f"must be finite and within {FARTHEST:g} m of the origin"
+        reason = f"must be finite and within {MAX_COORDINATE:g} m of the origin"
         raise InvalidInput(f"{field}.{i}", array[i].tolist(), reason)
     return array
 

@@ -13,7 +13,7 @@ from std_msgs.msg import Header
 from rbprm_core.check import transitions
 from rbprm_core.check.sequence import missing_at_goal
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import (
+from rbprm_core.plan_record import (
     ContactEntry,
     ContactPlan,
     EnvironmentEntry,
@@ -23,12 +23,12 @@ from rbprm_core.plan import (
     StateEntry,
     Statistics,
 )
-from rbprm_core.planner import LEAST_GRIP
+from rbprm_core.planner import MIN_GRIP
 from rbprm_core.statics import GRIP_FORCE
 from rbprm_core.validation import (
-    MOST_FORCE,
-    MOST_FRICTION,
-    MOST_GRAVITY,
+    MAX_FORCE,
+    MAX_FRICTION,
+    MAX_GRAVITY,
     finite_array,
     finite_number,
 )
@@ -44,7 +44,7 @@ from rbprm_ros.conversions.geometry import (
 
 TYPES = {"point": Contact.TYPE_POINT, "planar": Contact.TYPE_PLANAR}
 TYPE_NAMES = {number: name for name, number in TYPES.items()}
-MOST_POINTS = 16  # of a contact; a patch has four
+MAX_POINTS = 16  # of a contact; a patch has four
 
 
 def sequence_message(
@@ -109,7 +109,7 @@ def statistics_message(plan: ContactPlan) -> PlanStatistics:
         guide_waypoints=len(plan.guide),
         states=len(plan.states),
         contact_transitions=transitions(plan),
-        least_robustness=min((state.robustness for state in plan.states), default=math.nan),
+        min_robustness=min((state.robustness for state in plan.states), default=math.nan),
     )
 
 
@@ -151,7 +151,7 @@ def plan_of_messages(
     )
 
 
-def read_sequence(message: ContactSequence, most_states: int, limbs: int) -> ContactPlan:
+def read_sequence(message: ContactSequence, max_states: int, limbs: int) -> ContactPlan:
     """A sequence that anybody may have sent, as a plan without environment and guide.
 
     Args:
@@ -160,8 +160,8 @@ def read_sequence(message: ContactSequence, most_states: int, limbs: int) -> Con
     Raises:
         InvalidInput: names the field at fault.
     """
-    if len(message.states) > most_states:
-        reason = f"are too many; the parameter max_states is {most_states}"
+    if len(message.states) > max_states:
+        reason = f"are too many; the parameter max_states is {max_states}"
         raise InvalidInput("sequence.states", f"{len(message.states)} states", reason)
     states = tuple(
         read_state(state, f"sequence.states.{i}", limbs) for i, state in enumerate(message.states)
@@ -169,7 +169,7 @@ def read_sequence(message: ContactSequence, most_states: int, limbs: int) -> Con
     for field in ("start", "goal"):
         placement_of_message(getattr(message, field), f"sequence.{field}")
     field, threshold = "sequence.robustness_threshold", message.robustness_threshold
-    finite_number(field, threshold, low=0.0, high=MOST_FORCE)
+    finite_number(field, threshold, low=0.0, high=MAX_FORCE)
     read_gravity("sequence.gravity", message.gravity)
     read_grip_force("sequence.grip_force", message.grip_force)
     bare = ContactSequence(
@@ -188,7 +188,7 @@ def read_gravity(field: str, message: Vector3) -> Triple:
         InvalidInput: not finite, or more than any planet's.
     """
     for axis, value in zip("xyz", triple(message), strict=True):
-        finite_number(f"{field}.{axis}", value, low=-MOST_GRAVITY, high=MOST_GRAVITY)
+        finite_number(f"{field}.{axis}", value, low=-MAX_GRAVITY, high=MAX_GRAVITY)
     return triple(message)
 
 
@@ -198,7 +198,7 @@ def read_grip_force(field: str, value: float) -> float:
     Raises:
         InvalidInput: out of range.
     """
-    return finite_number(field, value or GRIP_FORCE, low=LEAST_GRIP, high=MOST_FORCE)
+    return finite_number(field, value or GRIP_FORCE, low=MIN_GRIP, high=MAX_FORCE)
 
 
 def read_state(message: ContactState, field: str, limbs: int) -> StateEntry:
@@ -223,12 +223,12 @@ def read_state(message: ContactState, field: str, limbs: int) -> StateEntry:
         placement_of_message(contact.pose, f"{place}.pose")
         placement_of_message(contact.frame_offset, f"{place}.frame_offset")
         finite_array(f"{place}.normal", triple(contact.normal), (3,))
-        if len(contact.points) > MOST_POINTS:
-            reason = f"are too many: at most {MOST_POINTS}"
+        if len(contact.points) > MAX_POINTS:
+            reason = f"are too many: at most {MAX_POINTS}"
             raise InvalidInput(f"{place}.points", f"{len(contact.points)} points", reason)
         for n, point in enumerate(contact.points):
             finite_array(f"{place}.points.{n}", triple(point), (3,))
-        finite_number(f"{place}.friction", contact.friction, low=0.0, high=MOST_FRICTION)
+        finite_number(f"{place}.friction", contact.friction, low=0.0, high=MAX_FRICTION)
     finite_array(f"{field}.com", triple(message.com), (3,))
     finite_number(f"{field}.robustness", message.robustness)
     return _state_entry(message)

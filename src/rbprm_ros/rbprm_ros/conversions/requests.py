@@ -15,14 +15,14 @@ from rbprm_msgs.srv import Plan, Replan
 from std_msgs.msg import Header
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.guide.bounds import derived_bounds
-from rbprm_core.guide.space import RootBounds
+from rbprm_core.guide.root.bounds import derived_bounds
+from rbprm_core.guide.root.space import RootBounds
 from rbprm_core.placement import Placement
-from rbprm_core.plan import StateEntry
+from rbprm_core.plan_record import StateEntry
 from rbprm_core.replanning import root_placement
 from rbprm_core.request import GRAVITY, PlanRequest
 from rbprm_core.robot import Robot, known_robots
-from rbprm_core.validation import MOST_FORCE, coordinates, finite_number, one_of
+from rbprm_core.validation import MAX_FORCE, coordinates, finite_number, one_of
 from rbprm_ros.conversions.geometry import (
     placement_of_message,
     pose_message,
@@ -56,7 +56,7 @@ def job_of_message(
     limbs = _chosen_limbs(choice)
     time_limit = finite_number("time_limit", message.time_limit, low=0.0)
     threshold = finite_number(
-        "robustness_threshold", message.robustness_threshold, low=0.0, high=MOST_FORCE
+        "robustness_threshold", message.robustness_threshold, low=0.0, high=MAX_FORCE
     )
     bounds = None if message.bounds == UNSET_BOUNDS else _bounds(message.bounds)
     snapshot = environment.snapshot

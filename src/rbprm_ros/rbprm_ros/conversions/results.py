@@ -7,8 +7,8 @@ from dataclasses import replace
 from rbprm_msgs.msg import PlanningResult
 
 from rbprm_core.check.sequence import missing_at_goal
-from rbprm_core.contacts.resume import ROUNDING
-from rbprm_core.plan import ContactPlan
+from rbprm_core.contacts.continuation import ROUNDING
+from rbprm_core.plan_record import ContactPlan
 from rbprm_ros.failure import SUCCEEDED, Failure
 
 
@@ -39,7 +39,7 @@ def _weak(plan: ContactPlan) -> str:
         return ""
     return (
         f"the least robustness is {least:.3g} N, under the {asked:g} N asked for, as the parameter "
-        "generator.most_robust allows"
+        "generator.accept_below_threshold allows"
     )
 
 

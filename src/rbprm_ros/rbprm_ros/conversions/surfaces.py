@@ -13,7 +13,7 @@ from rbprm_msgs.msg import Surface as SurfaceMessage
 from std_msgs.msg import Header
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan import EnvironmentEntry, SurfaceEntry
+from rbprm_core.plan_record import EnvironmentEntry, SurfaceEntry
 from rbprm_core.scene import Surface
 from rbprm_ros.conversions.geometry import (
     Triple,

@@ -1,0 +1,137 @@
+"""Samples of the root near surfaces, where contact is possible (section 3.3)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from rbprm_core.guide.root.reachability import Reachability
+from rbprm_core.guide.root.space import RootSpace
+from rbprm_core.robot.data import RobotData
+from rbprm_core.scene import Scene
+from rbprm_core.surface_kind import SurfaceKind
+
+Array = NDArray[np.float64]
+
+AREA_WEIGHTED = 0.3  # share of samples whose surface is drawn by area, not evenly
+HEIGHTS = (0.6, 1.15)  # range of the root's height over its surface, in reference heights
+TRIES = 48
+BATCH = 8  # candidates drawn at once: one alone would cost nearly as much
+AT_REFERENCE = 0.5  # share of samples whose root joints stay at the reference posture
+
+
+class RootSampler:
+    """Draws roots over a random point of a random surface, inside the bounds and reachable.
+
+    Args:
+        height: of the root over its contacts in the reference posture, metres.
+        joints: (j,) the root's joints in the reference posture.
+        reach: (n, 3) places of effectors in the root's frame, metres, where no gravity makes one
+            side of a surface its top: a root then has one of them on a surface of any kind.
+    """
+
+    def __init__(
+        self,
+        space: RootSpace,
+        scene: Scene,
+        reachability: Reachability,
+        height: float,
+        joints: Array,
+        reach: Array | None = None,
+    ) -> None:
+        self._space, self._reachability = space, reachability
+        self._height, self._joints, self._reach = height, joints, reach
+        support = SurfaceKind.SUPPORT
+        surfaces = [s for s in scene.surfaces if reach is not None or s.kind is support]
+        fans = [
+            (piece[0], piece[i], piece[i + 1], s.normal)
+            for s in surfaces
+            for piece in s.polygon.pieces
+            for i in range(1, len(piece) - 1)
+        ]
+        triangles = np.array([f[:3] for f in fans]).reshape(-1, 3, 3)
+        normals = np.array([f[3] for f in fans]).reshape(-1, 3)
+        if reach is None:
+            off = HEIGHTS[1] * height * np.abs(normals)
+        else:
+            off = np.full_like(normals, np.linalg.norm(reach, axis=1).max())
+        near = self._near_bounds(triangles, off)
+        if near.any():  # else no draw keeps the bounds, which is for the caller to see
+            triangles, normals = triangles[near], normals[near]
+        self._triangles, self._normals = triangles, normals
+        sides = self._triangles[:, 1:] - self._triangles[:, :1]
+        areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+        self._cumulative = np.cumsum(areas / areas.sum()) if len(areas) else areas
+
+    def _near_bounds(self, triangles: Array, off: Array) -> NDArray[np.bool_]:
+        """(n,) True where a root `off` (n, 3) metres from a triangle at most may keep its bounds.
+
+        What lies far from the way then costs no draws.
+        """
+        bounds = self._space.bounds
+        low, high = triangles.min(axis=1) - off, triangles.max(axis=1) + off
+        return np.asarray(((high >= bounds.low) & (low <= bounds.high)).all(axis=1))
+
+    def draw(self, rng: np.random.Generator) -> Array | None:
+        """A reachable root configuration, or None where some tries gave none."""
+        for _ in range(TRIES // BATCH):
+            for root in self.candidates(rng, BATCH):
+                if self._space.contains(root) and self._reachability.holds(root):
+                    return np.asarray(root)
+        return None
+
+    def candidates(self, rng: np.random.Generator, count: int) -> Array:
+        """Root configurations (count, 7 + j) as `draw` proposes them, whether they hold or not."""
+        bounds, joints = self._space.bounds, self._joints
+        yaw, pitch, roll = rng.uniform(-bounds.half_ranges, bounds.half_ranges, (count, 3)).T
+        orientations = _quaternions(yaw, pitch, roll)
+        postures = np.tile(joints, (count, 1))
+        if len(joints):
+            drawn = rng.uniform(self._space.joint_low, self._space.joint_high, postures.shape)
+            away = rng.random(count) >= AT_REFERENCE
+            postures[away] = drawn[away]
+        if len(self._triangles) == 0:
+            positions = rng.uniform(bounds.low, bounds.high, (count, 3))
+        else:
+            positions = self._at_surfaces(orientations, rng)
+        return np.concatenate([positions, orientations, postures], axis=1)
+
+    def _at_surfaces(self, orientations: Array, rng: np.random.Generator) -> Array:
+        """Positions (n, 3) over, or with an effector on, random points of random surfaces."""
+        count = len(orientations)
+        by_area = np.searchsorted(self._cumulative, rng.random(count))
+        evenly = rng.integers(len(self._triangles), size=count)
+        chosen = np.where(rng.random(count) < AREA_WEIGHTED, by_area, evenly)
+        chosen = np.minimum(chosen, len(self._triangles) - 1)
+        a, b, c = np.swapaxes(self._triangles[chosen], 0, 1)
+        u, v = rng.random((2, count, 1))
+        u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+        points = a + u * (b - a) + v * (c - a)
+        if self._reach is not None:
+            reached = self._reach[rng.integers(len(self._reach), size=count)]
+            return np.asarray(points - Rotation.from_quat(orientations).apply(reached))
+        heights = self._height * rng.uniform(*HEIGHTS, (count, 1))
+        return np.asarray(points + heights * self._normals[chosen])
+
+
+def _quaternions(yaw: Array, pitch: Array, roll: Array) -> Array:
+    """Unit quaternions (n, 4) of turns about z, then y, then x, each about the turned axis."""
+    angles = np.stack([yaw, pitch, roll], axis=1)
+    return np.asarray(Rotation.from_euler("ZYX", angles).as_quat())
+
+
+def effector_places(data: RobotData) -> Array:
+    """Places (n, 3) that the limbs' samples put their effectors at, in the root's frame, metres.
+
+    Joints planned with the root are taken in the reference posture.
+    """
+    robot = data.robot
+    scratch = robot.model.createData()
+    pin.forwardKinematics(robot.model, scratch, robot.reference)
+    places = []
+    for limb, database in zip(robot.limbs, data.databases, strict=True):
+        base = scratch.oMi[limb.base]
+        places.append(database.positions @ base.rotation.T + base.translation)
+    return np.concatenate(places)
