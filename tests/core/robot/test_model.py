@@ -307,3 +307,23 @@ def test_root_joints_are_joints_of_the_robot_and_differ(
 def test_a_limb_is_chosen_once() -> None:
     with pytest.raises(InvalidInput, match="names a limb twice"):
         load_description("hyq").using(["lf_leg", "lf_leg"])
+
+
+def test_the_target_of_a_ball_is_its_centre_in_the_base_frame(hyq: Robot) -> None:
+    limb, base = hyq.limbs[0], pin.SE3.Random()
+    position, rotation = np.array([1.0, 2.0, 0.5]), pin.rpy.rpyToMatrix(0.1, 0.2, 0.3)
+    center = position + limb.radius * rotation[:, 2]
+    assert limb.radius > 0
+    assert limb.center(position, rotation) == pytest.approx(center)
+    target, turned = limb.target(base, position, rotation)
+    assert base.act(target) == pytest.approx(center)
+    assert turned is None
+
+
+def test_the_target_of_a_patch_is_its_middle_and_its_rotation(talos: Robot) -> None:
+    limb, base = talos.limbs[0], pin.SE3.Random()
+    position, rotation = np.array([1.0, 2.0, 0.5]), pin.rpy.rpyToMatrix(0.1, 0.2, 0.3)
+    target, turned = limb.target(base, position, rotation)
+    assert turned is not None
+    assert base.act(target) == pytest.approx(position)
+    assert base.rotation @ turned == pytest.approx(rotation)

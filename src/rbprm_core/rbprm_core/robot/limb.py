@@ -67,6 +67,33 @@ class Limb:
         x, y = self.half_size
         return np.array([[x, y, 0.0], [-x, y, 0.0], [-x, -y, 0.0], [x, -y, 0.0]])
 
+    def center(self, position: Array, rotation: Array) -> Array:
+        """Origin (3,) of the contact frame for a contact, in the frame of the contact, metres.
+
+        The centre of a ball lies one radius from the contact point, along the surface's normal.
+
+        Args:
+            position: (3,) contact point, or middle of the patch, metres.
+            rotation: (3, 3) contact frame, whose third column is the surface's outward normal.
+        """
+        return np.asarray(position + self.radius * rotation[:, 2])
+
+    def target(self, base: pin.SE3, position: Array, rotation: Array) -> tuple[Array, Array | None]:
+        """Pose of the contact frame in the limb's base frame that realises a contact.
+
+        The input of inverse kinematics (`projection.project`).
+
+        Args:
+            base: placement of the limb's base joint in the planning frame.
+            position: (3,) contact point, or middle of the patch, in the planning frame, metres.
+            rotation: (3, 3) contact frame in the planning frame, columns t1, t2, n.
+
+        Returns:
+            Position (3,) in metres, and rotation (3, 3), None for a ball, whose rotation is free.
+        """
+        turned = base.rotation.T @ rotation if self.planar else None
+        return base.actInv(self.center(position, rotation)), turned
+
     def faces(self, joints: Array, normal: Array) -> bool:
         """True where the part of the ball that makes contact is on a surface's side.
 
