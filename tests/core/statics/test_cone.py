@@ -1,4 +1,4 @@
-"""The linearised friction cone."""
+"""The linearised friction cone: unit generators on the cone, symmetric about the normal."""
 
 from __future__ import annotations
 

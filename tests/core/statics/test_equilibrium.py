@@ -1,4 +1,4 @@
-"""The robust equilibrium: the dual (9) against the primal (8), and its physics."""
+"""Robustness b0: the dual (9) of Tonneau et al. 2018 against the primal (8), and its physics."""
 
 from __future__ import annotations
 
@@ -7,21 +7,20 @@ import pinocchio as pin
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 
+from rbprm_core.arrays import Array
 from rbprm_core.statics import Equilibrium, cone_generators, robustness
 
-Array = NDArray[np.float64]
 GRAVITY = np.array([0.0, 0.0, -9.81])
 HYQ_MASS = 80.0
-OPTIMAL, INFEASIBLE, UNBOUNDED = 0, 2, 3  # of scipy's linprog
+OPTIMAL, INFEASIBLE, UNBOUNDED = 0, 2, 3  # status of scipy's linprog
 
 seeds = st.integers(0, 2**32 - 1)
 
 
 class Stance:
-    """Contacts on level or tilted ground under a body."""
+    """Random contacts on level or tilted ground under a centre of mass."""
 
     def __init__(self, seed: int, count: int, tilt: float, friction: float) -> None:
         rng = np.random.default_rng(seed)
@@ -46,7 +45,7 @@ class Stance:
         return robustness(problem)
 
     def primal(self, mass: float = HYQ_MASS) -> float:
-        """(8) as the paper writes it, moments about the origin of the world."""
+        """b0 by the primal (8) of Tonneau et al. 2018, moments about the world's origin."""
         columns = [
             np.concatenate([ray, np.cross(point, ray)])
             for point, rays in zip(self.points, self.generators, strict=True)
@@ -97,7 +96,7 @@ def test_two_feet_wedged_between_walls_may_press_as_they_like() -> None:
     points = np.array([[s * 0.5, y, 0] for s in (-1, 1) for y in (-0.2, 0.2)])
     generators = np.array([cone_generators(w, 0.5) for w in walls for _ in range(2)])
     problem = Equilibrium.of(points, generators, np.zeros(3), HYQ_MASS, GRAVITY)
-    assert robustness(problem) > 1e3  # without bound: the squeeze is free
+    assert robustness(problem) > 1e3  # the walls can be pressed apart without bound
 
 
 def test_the_sample_has_stances_of_every_sort() -> None:
@@ -132,14 +131,14 @@ def test_the_order_of_contacts_does_not_matter(seed: int, count: int, shuffle: i
 
 
 def standing(com: Array, friction: float = 0.5) -> float:
-    """b0 on four points of level ground at the corners of a 0.8 m x 0.6 m rectangle."""
+    """b0 in newtons on four points of level ground, corners of a 0.8 m x 0.6 m rectangle."""
     points = np.array([[x, y, 0] for x in (-0.4, 0.4) for y in (-0.3, 0.3)])
     generators = np.array([cone_generators(np.eye(3), friction)] * 4)
     return robustness(Equilibrium.of(points, generators, com, HYQ_MASS, GRAVITY))
 
 
 def test_a_table_shares_its_weight_evenly() -> None:
-    # 16 rays of equal share: each carries m g sqrt(1 + mu^2) / 16.
+    # By symmetry 16 generators with equal coefficients: m g sqrt(1 + mu^2) / 16 each.
     even = HYQ_MASS * 9.81 * np.sqrt(1.25) / 16
     assert standing(np.array([0, 0, 0.5])) == pytest.approx(even)
     assert standing(np.array([0, 0, 5.0])) == pytest.approx(even)

@@ -1,4 +1,4 @@
-"""Force closure without weight: known grasps, the symmetries of mechanics, and the check's view."""
+"""Robustness without weight: known grasps, the symmetries of mechanics, the independent check."""
 
 from __future__ import annotations
 
@@ -7,22 +7,21 @@ import pinocchio as pin
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.check.statics import generators as check_generators
 from rbprm_core.check.statics import grip, robustness
 from rbprm_core.errors import InvalidInput
 from rbprm_core.statics import Equilibrium, cone_generators, grip_robustness
 from rbprm_core.statics import robustness as weighted_robustness
 
-Array = NDArray[np.float64]
 FORCE = 10.0
 
 seeds = st.integers(0, 2**32 - 1)
 
 
 class Grasp:
-    """Contact points with outward normals: the sense in which each contact pushes."""
+    """Contact points with unit normals in the directions in which the contacts push."""
 
     def __init__(self, points: Array, normals: Array, friction: float) -> None:
         self.points = np.array(points, dtype=float)
@@ -37,7 +36,7 @@ class Grasp:
         return grip_robustness(points, self.generators @ place.rotation.T, force)
 
     def checked(self) -> float:
-        """As the independent check sees it."""
+        """b0 in newtons as the independent check computes it."""
         return grip(np.repeat(self.points, 4, axis=0), self.generators.reshape(-1, 3), FORCE)
 
 
@@ -48,7 +47,7 @@ def frame_on(normal: Array) -> Array:
 
 
 def around_a_ball(seed: int, count: int, friction: float) -> Grasp:
-    """Contacts at random places that push towards the middle, more or less."""
+    """Random contacts on a sphere that push roughly towards its centre."""
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(count, 3))
     normals = -points / np.linalg.norm(points, axis=1)[:, None] + 0.3 * rng.normal(size=(count, 3))
@@ -74,8 +73,8 @@ def test_three_contacts_with_friction_around_a_disc_are_in_force_closure() -> No
 
 
 def test_three_fingers_hold_a_bar() -> None:
-    # Half of the grip is the thumb's: each of its four rays carries an eighth of it, each of the
-    # fingers' a sixteenth.
+    # The thumb carries half of the grip force: an eighth on each of its four generators. Each
+    # generator of the two fingers carries a sixteenth.
     assert prism_grasp(0.5).b0() == pytest.approx(FORCE / 16)
 
 
@@ -83,7 +82,7 @@ def test_two_opposed_contacts_cannot_resist_a_moment_about_their_line() -> None:
     pair = Grasp(np.array([[1, 0, 0], [-1, 0, 0]]), np.array([[-1, 0, 0], [1, 0, 0]]), 0.5)
     assert pair.b0() == 0.0
     assert pair.checked() == 0.0
-    # while the programme with weight calls their squeeze unbounded
+    # With weight, however small, the program is unbounded.
     squeezed = robustness(
         np.repeat(pair.points, 4, axis=0), pair.generators.reshape(-1, 3), [0, 0, 0], [0, 0, -1e-9]
     )
@@ -102,7 +101,7 @@ def test_three_contacts_without_friction_are_not_in_force_closure() -> None:
 
 
 def test_seven_contacts_without_friction_hold_a_box() -> None:
-    """Form closure: seven frictionless contacts are the least that hold a body in space."""
+    """Form closure: at least seven frictionless contacts are needed to hold a body in space."""
     points = [[1, 0.5, 0.2], [1, -0.5, 0.1], [-1, 0.1, 0.7], [0.3, 1, 0.4], [-0.4, 1, -0.6]]
     normals = [[-1, 0, 0], [-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, -1, 0]]
     points += [[0.1, -1, 0.2], [0.6, 0.1, 1], [-0.5, 0.4, 1], [-0.2, -0.7, 1], [0.1, 0.1, -1]]
@@ -135,7 +134,7 @@ def test_one_contact_or_none_hold_nothing() -> None:
 def test_the_check_agrees(seed: int, count: int, friction: float) -> None:
     grasp = around_a_ball(seed, count, friction)
     ours, theirs = grasp.b0(), grasp.checked()
-    if ours > -100 * FORCE:  # far from closure the check says "not at all"
+    if ours > -100 * FORCE:  # far from closure the check may return minus infinity
         assert ours == pytest.approx(theirs, abs=1e-5 * FORCE)
     else:
         assert theirs < -50 * FORCE
@@ -176,7 +175,7 @@ def test_b0_is_at_most_an_even_share(seed: int, count: int) -> None:
 @example(11966, 3)
 @given(seeds, st.integers(3, 5))
 def test_force_closure_resists_every_wrench(seed: int, count: int) -> None:
-    """By definition: b0 is positive exactly where any load is balanced by forces in the cones."""
+    """By definition, b0 is positive exactly where forces in the cones balance any load."""
     grasp = around_a_ball(seed, count, 0.5)
     rng = np.random.default_rng(seed)
     arms = np.repeat(grasp.points, 4, axis=0)
@@ -186,7 +185,7 @@ def test_force_closure_resists_every_wrench(seed: int, count: int) -> None:
         # A load at a random point: a random wrench but for its pitch.
         b0 = robustness(arms, edges, 3 * rng.normal(size=3), load)
         held.append(b0 >= -1e-6)
-    if grasp.b0() > 1e-9:  # 1e-16 is rounding: seed 11966 of 3 points
+    if grasp.b0() > 1e-9:  # 1e-16 is rounding, as for 3 points with seed 11966
         assert all(held)
     elif grasp.b0() < -1e-9:
         assert not all(held)

@@ -1,4 +1,7 @@
-"""Static equilibrium: friction cones, the robust linear program of section 5.1, force closure."""
+"""Static equilibrium of a robot on its contacts: friction cones, robustness $b_0$, force closure.
+
+The formulation is that of Tonneau et al. 2018, section 5.1.
+"""
 
 from rbprm_core.statics.cone import cone_generators
 from rbprm_core.statics.equilibrium import Equilibrium, robustness

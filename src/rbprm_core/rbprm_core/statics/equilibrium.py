@@ -1,6 +1,12 @@
-"""The robust equilibrium problem: the largest b0 such that every cone coefficient is at least b0.
+r"""Robust static equilibrium under gravity (Tonneau et al. 2018, section 5.1).
 
-The problem (`Equilibrium`) knows forces and moments; its solution (`robustness`) knows the solver.
+Contact forces are combinations of the generators of the friction cones with coefficients
+$\beta$. A state is in static equilibrium where some $\beta \geq 0$ balances the weight. Its
+robustness $b_0$ is the largest lower bound that all coefficients can have at once:
+
+$$b_0 = \max_{b, \beta} b \quad \text{subject to} \quad G \beta = w, \quad \beta \geq b \mathbf{1}$$
+
+which is equation (8). `Equilibrium` states the problem and `robustness` solves it.
 """
 
 from __future__ import annotations
@@ -8,25 +14,24 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.errors import InvalidInput
-from rbprm_core.statics.program import largest_least
-
-Array = NDArray[np.float64]
+from rbprm_core.statics.linear_program import max_min_coefficient
 
 
 @dataclass(frozen=True, eq=False)
 class Equilibrium:
-    """Equation (6) with moments about the centre of mass: G beta = w, beta >= b0.
+    r"""The balance $G \beta = w$ of Tonneau et al. 2018, equation (6), about the centre of mass.
 
-    About the centre of mass the weight has no moment, so w depends on the robot alone, and the
-    numbers stay small wherever in the world the robot stands.
+    About the centre of mass the weight has no moment. So $w$ depends on the robot alone, and the
+    numbers stay small wherever in the world the robot is.
 
     Attributes:
-        generators: G (6, 4 e): forces above, moments about the centre of mass below.
-        wrench: w (6,) that the contacts must exert: -m g above, 0 below, newtons; not zero, for
-            without weight robustness has another meaning (`rbprm_core.statics.grip`).
+        generators: (6, 4 e) matrix $G$ of e contact points. A column holds a unit force (rows 0
+            to 2, no unit) and its moment about the centre of mass (rows 3 to 5, metres).
+        wrench: (6,) wrench $w$ that the contacts must exert: the force $-m g$ in newtons, then the
+            moment 0. It must not be zero; `rbprm_core.statics.grip` covers robots without weight.
     """
 
     generators: Array
@@ -36,11 +41,14 @@ class Equilibrium:
     def of(
         points: Array, generators: Array, com: Array, mass: float, gravity: Array
     ) -> Equilibrium:
-        """The problem of a set of contact points.
+        """Return the equilibrium problem of a robot on a set of contact points.
 
         Args:
-            points: (e, 3) metres. generators: (e, 4, 3) of their cones.
-            com: (3,) centre of mass. mass: kilograms. gravity: (3,) m/s^2.
+            points: (e, 3) contact points, metres, world frame.
+            generators: (e, 4, 3) unit generators of the friction cone at each point, world frame.
+            com: (3,) centre of mass, metres, world frame.
+            mass: mass of the robot, kilograms.
+            gravity: (3,) acceleration of gravity, m/s^2, world frame.
         """
         wrench = np.zeros(6)
         wrench[:3] = -mass * gravity
@@ -48,10 +56,11 @@ class Equilibrium:
 
 
 def contact_wrenches(arms: Array, generators: Array) -> Array:
-    """G (6, 4 e): unit forces above, their moments below.
+    """Return the wrenches (6, 4 e) of unit forces along the generators, forces above moments.
 
     Args:
-        arms: (e, 3) contact points from where moments are taken. generators: (e, 4, 3) unit rays.
+        arms: (e, 3) contact points relative to the point about which moments are taken, metres.
+        generators: (e, 4, 3) unit generators of the friction cone at each point.
     """
     moments = np.empty_like(generators)  # arms x generators; np.cross is five times slower
     ax, ay, az = arms[:, None, 0], arms[:, None, 1], arms[:, None, 2]
@@ -63,19 +72,26 @@ def contact_wrenches(arms: Array, generators: Array) -> Array:
 
 
 def robustness(problem: Equilibrium) -> float:
-    """Raw b0 in newtons: the optimum of (8), by its dual (9).
+    """Return the robustness $b_0$ in newtons, which is negative outside static equilibrium.
+
+    It is the optimum of Tonneau et al. 2018, equation (8), computed from its dual (9).
+
+    Args:
+        problem: contacts and weight of the robot.
 
     Returns:
-        Minus infinity where no forces, not even pulling ones, balance it: (8) is infeasible.
-        Infinity where the contacts can be pressed against each other without bound, as between two
-        walls: (8) is unbounded.
+        $b_0$; minus infinity where no forces balance the weight, not even pulling ones, so that
+        (8) is infeasible; infinity where the contacts can be pressed against each other without
+        bound, as between two walls, so that (8) is unbounded.
 
     Raises:
-        InvalidInput: no weight.
+        InvalidInput: the robot has no weight.
     """
     if problem.generators.shape[1] == 0:
         return -np.inf
     weight = float(np.abs(problem.wrench).max())
     if weight == 0.0:
-        raise InvalidInput("gravity", 0.0, "without weight, robustness is that of the grip")
-    return weight * largest_least(problem.generators, problem.wrench / weight)
+        raise InvalidInput(
+            "gravity", 0.0, "must not be zero: `grip_robustness` is for robots without weight"
+        )
+    return weight * max_min_coefficient(problem.generators, problem.wrench / weight)

@@ -1,4 +1,4 @@
-"""The solver on degenerate contacts as people draw them: along the axes, on lines, in one point."""
+"""The solver on degenerate contacts of scenarios made by hand: on axes, lines, in a point."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from rbprm_core.check.statics import generators
 from rbprm_core.check.statics import robustness as checked
 from rbprm_core.statics import Equilibrium, cone_generators, robustness
-from rbprm_core.statics.program import largest_least
+from rbprm_core.statics.linear_program import max_min_coefficient
 
-Array = NDArray[np.float64]
 GRAVITY = np.array([0.0, 0.0, -9.81])
 
 
@@ -38,7 +36,7 @@ def test_contacts_along_the_axes_as_the_check_sees_them(
     edges = generators.reshape(-1, 3)
     theirs = checked(np.repeat(points, 4, axis=0), edges, np.zeros(3), GRAVITY)
     if friction == 0 and max(ours, theirs) < 0:
-        return  # how hard contacts would have to pull to hold by so little is no use to anyone
+        return  # how strongly contacts would have to pull is ill-conditioned without friction
     assert ours == pytest.approx(theirs, rel=1e-5, abs=1e-4 if friction > 0 else 1e-3)
 
 
@@ -68,7 +66,7 @@ def test_hardly_any_friction_on_ground_that_is_hardly_tilted(
 
 @pytest.mark.parametrize(("tilt", "holds"), [(0.0, True), (1e-7, True), (3e-4, False)])
 def test_a_table_without_friction(tilt: float, holds: bool) -> None:
-    """Level but for the rounding of a mesh it holds, for the planner as for the check."""
+    """Planner and check agree that it holds where it is level up to the rounding of a mesh."""
     points = np.array([[x, y, 0] for x in (-0.4, 0.4) for y in (-0.3, 0.3)])
     com, frame = np.array([0.05, 0.0, 0.5]), pin.exp3(np.array([0.6, -0.8, 0.0]) * tilt)
     edges = np.tile(generators(frame[:, 2], frame[:, 0], 0.0), (4, 1))
@@ -79,9 +77,9 @@ def test_a_table_without_friction(tilt: float, holds: bool) -> None:
 
 def test_equations_that_repeat_and_contradict_each_other() -> None:
     row = np.array([1.0, 1.0, 1.0, 1.0])
-    assert largest_least(np.stack([row, row]), np.array([1.0, 1.0])) == pytest.approx(0.25)
-    assert largest_least(np.stack([row, row]), np.array([1.0, 0.5])) == -np.inf
+    assert max_min_coefficient(np.stack([row, row]), np.array([1.0, 1.0])) == pytest.approx(0.25)
+    assert max_min_coefficient(np.stack([row, row]), np.array([1.0, 0.5])) == -np.inf
 
 
 def test_a_bound_that_is_none() -> None:
-    assert largest_least(np.array([[1.0, -1.0]]), np.array([0.0])) == np.inf
+    assert max_min_coefficient(np.array([[1.0, -1.0]]), np.array([0.0])) == np.inf
