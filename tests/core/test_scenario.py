@@ -13,9 +13,8 @@ import pytest
 from rbprm_core.errors import InvalidInput
 from rbprm_core.robot import Robot, load_description
 from rbprm_core.robot.limb import Limb
-from rbprm_core.scenario import Scenario, known_scenarios, load_scenario
+from rbprm_core.scenario import Scenario, known_scenarios, load_scenario, parse_scenario
 from rbprm_core.surface_kind import SurfaceKind
-from rbprm_core.validation import parse_record
 
 NAN, INF = float("nan"), float("inf")
 MESH = {"file": "hpp_environments/meshes/multicontact/ground.stl"}
@@ -51,7 +50,7 @@ def content(**request: Any) -> dict[str, Any]:
 
 
 def parse(data: dict[str, Any]) -> Scenario:
-    return parse_record(Scenario, data, "scenario")
+    return parse_scenario(data)
 
 
 def changed(path: str, value: Any) -> dict[str, Any]:
@@ -168,6 +167,25 @@ def test_surfaces_and_trunk_of_the_scenarios_robot() -> None:
     data["trunk"] = {"scale": 1.5}
     volumes = parse(data).load_robot().description.volumes
     assert volumes.trunk_links == plain.description.volumes.trunk_links
+
+
+def test_old_names_of_options_work_with_a_warning() -> None:
+    data = {**content(), "options": {"sequence": {"least_step": 0.02}}}
+    data["options"]["generator"] = {"most_robust": True}
+    data["environment"]["classification"] = {"least_area": 0.01}
+    with pytest.warns(FutureWarning) as warned:
+        text = parse(data)
+    told = [str(warning.message) for warning in warned]
+    assert len(told) == 3
+    for old, new in (
+        ("options.sequence.least_step", "options.sequence.min_step"),
+        ("options.generator.most_robust", "options.generator.accept_below_threshold"),
+        ("environment.classification.least_area", "environment.classification.min_area"),
+    ):
+        assert any(line.startswith(f"{old} is now called {new};") for line in told)
+    assert text.options.sequence.min_step == 0.02
+    assert text.options.generator.accept_below_threshold
+    assert text.environment.classification.min_area == 0.01
 
 
 @pytest.mark.parametrize(

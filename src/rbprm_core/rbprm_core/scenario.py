@@ -15,6 +15,7 @@ from rbprm_core.environment import load_scene, polygon_surfaces
 from rbprm_core.errors import InvalidInput
 from rbprm_core.files import known_files, read_toml
 from rbprm_core.guide.root.space import RootBounds
+from rbprm_core.option_names import RENAMED_OPTIONS, with_new_names
 from rbprm_core.placement import Placement
 from rbprm_core.plan_record import EnvironmentEntry, MeshEntry, SurfaceEntry
 from rbprm_core.request import PlannerOptions, PlanRequest, limb_names
@@ -40,6 +41,10 @@ HalfRange = Annotated[float, Field(ge=0, le=math.tau)]
 GripForce = Annotated[float, Field(gt=0, le=MAX_FORCE)]
 TimeLimit = Annotated[float, Field(gt=0, le=1e6)]
 RobotName = Annotated[str, Field(pattern=FILE_NAME)]
+
+TABLES = {"classification": "environment.classification"}
+"""Table of a scenario that holds an option, by the first part of the option's name; the others are
+in `options`."""
 
 SLIP = 0.9  # difflib's ratio from which on a name is one misspelt: a letter more or less in five
 
@@ -252,7 +257,26 @@ def load_scenario(scenario: str) -> Scenario:
     Raises:
         InvalidInput: unknown scenario, unreadable file, or a field at fault.
     """
-    return parse_record(Scenario, read_toml(scenario, known_scenarios(), "scenario"), "scenario")
+    return parse_scenario(read_toml(scenario, known_scenarios(), "scenario"))
+
+
+def parse_scenario(data: dict[str, Any]) -> Scenario:
+    """A scenario from the content of its file; options may have their old names.
+
+    Args:
+        data: tables of the file.
+
+    Raises:
+        InvalidInput: a field at fault.
+    """
+    renamed = {_place(old): _place(new) for old, new in RENAMED_OPTIONS.items()}
+    return parse_record(Scenario, with_new_names(data, renamed), "scenario")
+
+
+def _place(option: str) -> str:
+    """Where an option stands in the file: its name after the table that holds it."""
+    first, dot, rest = option.partition(".")
+    return TABLES.get(first, f"options.{first}") + dot + rest
 
 
 def _misspelt(name: str) -> str | None:

@@ -150,6 +150,14 @@ def test_the_most_robust_states_are_taken_and_told(
     assert "states under it, by accept_below_threshold" in told
 
 
+def test_an_old_name_of_an_option_is_one_line_of_warning(refuse: Refuse) -> None:
+    error = refuse("plan", "flat", "--seed", "-1", "--most-robust")
+    assert error.splitlines()[0] == (
+        "rbprm: warning: --most-robust is now called --accept-below-threshold; "
+        "the old name will be refused in the next release"
+    )
+
+
 def test_ones_own_robot(run: Run, toy_data: RobotData, toy_file: Path, tmp_path: Path) -> None:
     out = tmp_path / "toy.json"
     limits = {"robot": "hyq", "height": 0.42, "threshold": 2.0}

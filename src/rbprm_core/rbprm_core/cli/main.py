@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import traceback
+import warnings
 
 import click
 from rich.console import Console
@@ -40,6 +41,12 @@ for command in (plan, replan, check, view, bench, bench_scaling, calibrate, scen
 
 def main() -> None:
     """Run a command; every failure that we foresaw is one line and an exit code of its own."""
+    with warnings.catch_warnings():
+        warnings.showwarning = _show_warning
+        _run()
+
+
+def _run() -> None:
     try:
         # Out of standalone mode click returns the code of an Exit instead of exiting with it.
         sys.exit(cli(standalone_mode=False))
@@ -56,6 +63,12 @@ def main() -> None:
         traceback.print_exc()
         _complain("this is a fault of rbprm, please report it with the lines above")
         sys.exit(EXIT_INTERNAL)
+
+
+def _show_warning(message: Warning | str, *_: object, **__: object) -> None:
+    """A warning as one line; the place in the source is of no use to the user of a command."""
+    console = Console(stderr=True, soft_wrap=True)
+    console.print(f"rbprm: warning: {message}", style="yellow", markup=False)
 
 
 def _complain(text: str) -> None:

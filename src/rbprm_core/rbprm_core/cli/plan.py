@@ -16,6 +16,7 @@ from rbprm_core.check.report import figures
 from rbprm_core.cli.progress import StageBars
 from rbprm_core.errors import InvalidInput
 from rbprm_core.guide.root.planners import PLANNERS
+from rbprm_core.option_names import warn_renamed
 from rbprm_core.plan_conversion.states_to_plan import contact_plan
 from rbprm_core.plan_record import ContactPlan
 from rbprm_core.planner import plan as plan_request
@@ -46,10 +47,10 @@ from rbprm_core.validation import finite_number
 @click.option("--robustness", type=float, help="Least raw b0 in newtons instead of the scenario's.")
 @click.option(
     "--accept-below-threshold",
-    "--most-robust",
     is_flag=True,
     help="Where no state reaches the threshold, accept the one with the largest b0 of at least 0.",
 )
+@click.option("--most-robust", is_flag=True, hidden=True)
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Plan file to write.")
 def plan(
     scenario: str,
@@ -60,6 +61,7 @@ def plan(
     time_limit: float | None,
     robustness: float | None,
     accept_below_threshold: bool,
+    most_robust: bool,
     out: Path | None,
 ) -> None:
     """Plan SCENARIO, a known name or a scenario file, and check the plan.
@@ -68,6 +70,9 @@ def plan(
     time limit starts after that. Of several jobs the plan names the seed that won; --seed with
     that one alone gives the same plan again.
     """
+    if most_robust:
+        warn_renamed("--most-robust", "--accept-below-threshold")
+        accept_below_threshold = True
     text = load_scenario(scenario)
     if seed < 0:
         raise InvalidInput("seed", seed, "must not be negative")
