@@ -13,7 +13,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import Header
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.guide.root.space import RootBounds
+from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan_record import (
     ContactEntry,

@@ -12,7 +12,7 @@ import pytest
 from rclpy.executors import SingleThreadedExecutor
 
 from rbprm_core.errors import Cancelled
-from rbprm_core.guide.root.space import RootBounds
+from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan_record import SurfaceEntry
 from rbprm_core.request import PlanRequest

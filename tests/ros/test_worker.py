@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from rbprm_core.errors import Cancelled, ErrorCode
-from rbprm_core.guide.root.options import GuideOptions
-from rbprm_core.guide.root.space import RootBounds
+from rbprm_core.guide.guide_options import GuideOptions
+from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan_record import ContactPlan, SurfaceEntry
 from rbprm_core.request import PlannerOptions, PlanRequest

@@ -26,21 +26,21 @@ from rbprm_core.errors import (
     StartUnreachable,
     TimeLimitReached,
 )
+from rbprm_core.guide.roadmap import roadmap_key
 from rbprm_core.guide.root import (
     EdgeTest,
     EquilibriumTest,
     GuidePath,
-    GuideProblem,
     Reachability,
     Roadmap,
     RoadmapStore,
+    RootProblem,
     RootSampler,
     RootSpace,
     Settler,
     shorten,
 )
 from rbprm_core.guide.root.planners import make_search
-from rbprm_core.guide.root.roadmap import roadmap_key
 from rbprm_core.guide.root.sampler import effector_places
 from rbprm_core.placement import Placement
 from rbprm_core.plan_record import Statistics
@@ -196,7 +196,7 @@ class _Planning:
         joints = data.robot.reference[data.robot.root_index[7:]]
         reach = None if gravity.any() else effector_places(data)
         sampler = RootSampler(space, scene, condition, data.height, joints, reach)
-        problem = GuideProblem(self._start, self._goal, self._edges, sampler)
+        problem = RootProblem(self._start, self._goal, self._edges, sampler)
 
         def roadmap() -> Roadmap:
             if self._roadmaps is None:

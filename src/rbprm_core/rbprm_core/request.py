@@ -12,8 +12,8 @@ from pydantic import Field
 
 from rbprm_core.contacts.along_guide.options import GeneratorOptions, SequenceOptions
 from rbprm_core.errors import InvalidInput
-from rbprm_core.guide.root.options import GuideOptions
-from rbprm_core.guide.root.space import RootBounds
+from rbprm_core.guide.guide_options import GuideOptions
+from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.robot import Robot
 from rbprm_core.statics import GRIP_FORCE

@@ -14,7 +14,7 @@ from rbprm_core.contacts.heuristics import check_names
 from rbprm_core.environment import load_scene, polygon_surfaces
 from rbprm_core.errors import InvalidInput
 from rbprm_core.files import known_files, read_toml
-from rbprm_core.guide.root.space import RootBounds
+from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.option_names import RENAMED_OPTIONS, with_new_names
 from rbprm_core.placement import Placement
 from rbprm_core.plan_record import EnvironmentEntry, MeshEntry, SurfaceEntry

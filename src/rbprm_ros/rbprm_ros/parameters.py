@@ -25,7 +25,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.guide.root.bounds import BoundsRule
+from rbprm_core.guide.root_bounds import BoundsRule
 from rbprm_core.request import PlannerOptions
 from rbprm_core.robot import load_description
 from rbprm_core.scene import Classification

@@ -19,7 +19,7 @@ from rclpy.executors import Executor
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from rbprm_core.errors import Cancelled, ErrorCode, RbprmError
-from rbprm_core.guide.root.bounds import derived_bounds
+from rbprm_core.guide.root_bounds import derived_bounds
 from rbprm_core.plan_record import ContactPlan, StateEntry
 from rbprm_core.replanning import (
     InvalidState,

@@ -25,8 +25,8 @@ from rbprm_core.errors import (
     StartUnreachable,
     TimeLimitReached,
 )
+from rbprm_core.guide.guide_options import GuideOptions, RrtOptions
 from rbprm_core.guide.root import RootBounds
-from rbprm_core.guide.root.options import GuideOptions, RrtOptions
 from rbprm_core.placement import Placement
 from rbprm_core.planner import plan
 from rbprm_core.portfolio.portfolio import ProcessDied, how_far, plan_portfolio

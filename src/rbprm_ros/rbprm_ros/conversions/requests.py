@@ -15,8 +15,8 @@ from rbprm_msgs.srv import Plan, Replan
 from std_msgs.msg import Header
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.guide.root.bounds import derived_bounds
-from rbprm_core.guide.root.space import RootBounds
+from rbprm_core.guide.root_bounds import derived_bounds
+from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan_record import StateEntry
 from rbprm_core.replanning import root_placement

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from rbprm_core.guide.root import (
     EdgeTest,
     GuideOptions,
-    GuideProblem,
     Reachability,
     RootBounds,
+    RootProblem,
     RootSampler,
     RootSpace,
     Settler,
@@ -43,9 +43,9 @@ class Ground:
         )
         self.settler = Settler(self.data, self.scene, LEGS)
 
-    def problem(self, start: Array, goal: Array) -> GuideProblem:
+    def problem(self, start: Array, goal: Array) -> RootProblem:
         """The way from start to goal."""
-        return GuideProblem(start, goal, self.edges, self.sampler)
+        return RootProblem(start, goal, self.edges, self.sampler)
 
 
 @pytest.fixture(scope="session")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rbprm_core.budget import Budget
 from rbprm_core.guide.root import GuideOptions, GuidePath, RootBounds, shorten
 from rbprm_core.guide.root.planners import PLANNERS, make_search
-from rbprm_core.guide.root.space import StraightWay
+from rbprm_core.guide.root_space import StraightWay
 from rbprm_core.scenario import Scenario
 from rbprm_core.scene import Scene
 

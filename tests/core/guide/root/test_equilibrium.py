@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from rbprm_core.guide.root import EquilibriumTest, Reachability
-from rbprm_core.guide.root.space import StraightWay
+from rbprm_core.guide.root_space import StraightWay
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface
 from rbprm_core.statics import Equilibrium, cone_generators, robustness

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rbprm_core.guide.root import GuidePath
-from rbprm_core.guide.root.space import distance
+from rbprm_core.guide.root_space import distance
 
 Array = NDArray[np.float64]
 

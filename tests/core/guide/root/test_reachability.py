@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from rbprm_core.guide.root import Reachability
-from rbprm_core.guide.root.space import StraightWay
+from rbprm_core.guide.root_space import StraightWay
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface
 

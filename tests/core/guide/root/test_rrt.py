@@ -15,15 +15,15 @@ from rbprm_core.guide.root import (
     EdgeTest,
     GuideOptions,
     GuidePath,
-    GuideProblem,
     Reachability,
     RootBounds,
+    RootProblem,
     RootSampler,
     RootSpace,
     RrtOptions,
 )
 from rbprm_core.guide.root.rrt import RrtSearch, Tree
-from rbprm_core.guide.root.space import distance
+from rbprm_core.guide.root_space import distance
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface
 
@@ -52,7 +52,7 @@ class Search:
     def run(
         self, seed: int = 0, budget: Budget | None = None, iterations: int = 3000, **how: bool
     ) -> GuidePath:
-        problem = GuideProblem(START, GOAL, self.edges, self.sampler)
+        problem = RootProblem(START, GOAL, self.edges, self.sampler)
         search = RrtSearch(problem, RrtOptions(iterations=iterations))
         path, nodes = search.find(budget or Budget(), np.random.default_rng(seed), **how)
         assert nodes >= len(path.nodes)

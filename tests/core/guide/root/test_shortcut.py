@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rbprm_core.budget import Budget
 from rbprm_core.errors import Cancelled
 from rbprm_core.guide.root import EdgeTest, GuidePath, Reachability, RootBounds, RootSpace, shorten
-from rbprm_core.guide.root.space import distance
+from rbprm_core.guide.root_space import distance
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface
 

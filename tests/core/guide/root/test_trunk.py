@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rbprm_core.guide.root import EdgeTest, Reachability, RootBounds, RootSpace
-from rbprm_core.guide.root.space import StraightWay
 from rbprm_core.guide.root.trunk import CLEARANCE, TrunkTest, levers
+from rbprm_core.guide.root_space import StraightWay
 from rbprm_core.robot.bodies import convex
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.volumes import TrunkPiece

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbprm_core.guide.root.reachability import Reachability
-from rbprm_core.guide.root.space import RootSpace, StraightWay
+from rbprm_core.guide.root_space import RootSpace, StraightWay
 
 Array = NDArray[np.float64]
 

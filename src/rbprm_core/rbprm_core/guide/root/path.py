@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from rbprm_core.guide.root.space import StraightWay, distance
+from rbprm_core.guide.root_space import StraightWay, distance
 
 Array = NDArray[np.float64]
 
@@ -33,6 +33,18 @@ class GuidePath:
     def length(self) -> float:
         """Length in metres."""
         return float(self.marks[-1])
+
+    def root(self, s: float) -> Array:
+        """Root configuration (7 + j,) at arc length s in metres; the ends are exact."""
+        return self.at(s)
+
+    def roots(self, s: Array) -> Array:
+        """Root configurations (n, 7 + j) at arc lengths s (n,) in metres; see `root`."""
+        return self.at_all(s)
+
+    def posture(self, s: float) -> Array | None:
+        """None: the path holds root configurations only."""
+        return None
 
     def at(self, mark: float) -> Array:
         """The root configuration (7 + j,) at a distance along the path; the ends are exact."""

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from rbprm_core.budget import Budget
 from rbprm_core.errors import NoGuideFound
-from rbprm_core.guide.root.options import PrmOptions
+from rbprm_core.guide.guide_options import PrmOptions
+from rbprm_core.guide.roadmap import Roadmap
 from rbprm_core.guide.root.path import GuidePath
-from rbprm_core.guide.root.roadmap import Roadmap
-from rbprm_core.guide.root.search import GuideProblem, GuideSearch
-from rbprm_core.guide.root.space import StraightWay, distance
+from rbprm_core.guide.root.search import GuideSearch, RootProblem
+from rbprm_core.guide.root_space import StraightWay, distance
 
 Array = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ class PrmSearch(GuideSearch):
             depend on its history, no longer on request and seed alone.
     """
 
-    def __init__(self, problem: GuideProblem, roadmap: Roadmap, options: PrmOptions) -> None:
+    def __init__(self, problem: RootProblem, roadmap: Roadmap, options: PrmOptions) -> None:
         self._problem, self._edges = problem, problem.edges
         self._roadmap, self._options = roadmap, options
         self._ends: tuple[int, int] | None = None

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from rbprm_core.budget import Budget
 from rbprm_core.guide.root.equilibrium import EquilibriumTest
 from rbprm_core.guide.root.placements import RootPlacements
-from rbprm_core.guide.root.space import StraightWay, distance
 from rbprm_core.guide.root.trunk import TrunkTest, levers
+from rbprm_core.guide.root_space import StraightWay, distance
 from rbprm_core.robot.bodies import convex
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.model import ROOT_JOINT

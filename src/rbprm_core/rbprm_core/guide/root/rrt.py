@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from rbprm_core.budget import Budget
 from rbprm_core.errors import NoGuideFound
+from rbprm_core.guide.guide_options import RrtOptions
 from rbprm_core.guide.root.edge import EdgeTest
-from rbprm_core.guide.root.options import RrtOptions
 from rbprm_core.guide.root.path import GuidePath
-from rbprm_core.guide.root.search import GuideProblem, GuideSearch
-from rbprm_core.guide.root.space import StraightWay, distance
+from rbprm_core.guide.root.search import GuideSearch, RootProblem
+from rbprm_core.guide.root_space import StraightWay, distance
 
 Array = NDArray[np.float64]
 
@@ -58,7 +58,7 @@ class RrtSearch(GuideSearch):
     The direct try takes the other end itself as the first sample: an open way costs one edge.
     """
 
-    def __init__(self, problem: GuideProblem, options: RrtOptions) -> None:
+    def __init__(self, problem: RootProblem, options: RrtOptions) -> None:
         self._problem, self._options = problem, options
         self._growth = Growth(problem.edges, options.step)
 

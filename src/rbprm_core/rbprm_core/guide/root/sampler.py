@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from rbprm_core.guide.root.reachability import Reachability
-from rbprm_core.guide.root.space import RootSpace
+from rbprm_core.guide.root_space import RootSpace
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
 from rbprm_core.surface_kind import SurfaceKind

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class GuideProblem:
+class RootProblem:
     """Start and goal, and what decides about the ways between them.
 
     Attributes:

@@ -7,7 +7,7 @@ import numpy as np
 from rbprm_core.budget import Budget
 from rbprm_core.guide.root.edge import EdgeTest
 from rbprm_core.guide.root.path import GuidePath
-from rbprm_core.guide.root.space import StraightWay
+from rbprm_core.guide.root_space import StraightWay
 
 MIN_GAIN = 0.01  # share of the way; a smaller one is not worth the test of an edge
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbprm_core.guide.root.placements import RootPlacements
-from rbprm_core.guide.root.space import StraightWay
+from rbprm_core.guide.root_space import StraightWay
 from rbprm_core.robot.bodies import convex
 from rbprm_core.robot.model import ROOT_JOINT, Robot
 from rbprm_core.robot.volumes import TrunkPiece

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from rbprm_core.guide.root.bounds import BoundsRule, derived_bounds
+from rbprm_core.guide.root_bounds import BoundsRule, derived_bounds
 from rbprm_core.placement import Placement
 from rbprm_core.scene import make_surface
 

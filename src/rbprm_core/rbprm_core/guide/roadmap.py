@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from rbprm_core.guide.root.options import GuideOptions
-from rbprm_core.guide.root.space import RootSpace
+from rbprm_core.guide.guide_options import GuideOptions
+from rbprm_core.guide.root_space import RootSpace
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
 from rbprm_core.scene.changes import changed_boxes

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.guide.root import RootBounds, RootSpace
-from rbprm_core.guide.root.space import ANGLE_WEIGHT, StraightWay, distance
+from rbprm_core.guide.root_space import ANGLE_WEIGHT, StraightWay, distance
 from rbprm_core.placement import Placement
 
 Array = NDArray[np.float64]

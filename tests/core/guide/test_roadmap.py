@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from rbprm_core.guide.roadmap import roadmap_key
 from rbprm_core.guide.root import GuideOptions, Roadmap, RoadmapStore, RootBounds, RootSpace
-from rbprm_core.guide.root.roadmap import roadmap_key
-from rbprm_core.guide.root.space import distance
+from rbprm_core.guide.root_space import distance
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, make_surface
 

@@ -12,7 +12,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 from pydantic import Field
 
-from rbprm_core.guide.root.space import RootBounds
+from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.scene import Surface
 
