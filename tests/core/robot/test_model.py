@@ -172,7 +172,7 @@ def test_joints_planned_with_the_root_come_after_its_pose(toy_data: RobotData) -
     [
         ({"first_joint": "knee"}, "limbs.lf_leg.first_joint", "knee", "lf_haa_joint"),
         ({"effector": "toe"}, "limbs.lf_leg.effector", "toe", "lf_foot"),
-        ({"effector": "rf_foot"}, "limbs.effector", "rf_foot", "does not hang on"),
+        ({"effector": "rf_foot"}, "limbs.effector", "rf_foot", "is not attached to"),
     ],
 )
 def test_an_unknown_name_in_a_limb(
@@ -314,7 +314,7 @@ def test_the_target_of_a_ball_is_its_centre_in_the_base_frame(hyq: Robot) -> Non
     position, rotation = np.array([1.0, 2.0, 0.5]), pin.rpy.rpyToMatrix(0.1, 0.2, 0.3)
     center = position + limb.radius * rotation[:, 2]
     assert limb.radius > 0
-    assert limb.center(position, rotation) == pytest.approx(center)
+    assert limb.spot.center(position, rotation) == pytest.approx(center)
     target, turned = limb.target(base, position, rotation)
     assert base.act(target) == pytest.approx(center)
     assert turned is None
@@ -327,3 +327,18 @@ def test_the_target_of_a_patch_is_its_middle_and_its_rotation(talos: Robot) -> N
     assert turned is not None
     assert base.act(target) == pytest.approx(position)
     assert base.rotation @ turned == pytest.approx(rotation)
+
+
+def test_each_limb_has_one_contact_spot(hyq: Robot, talos: Robot) -> None:
+    ball, patch = hyq.limbs[0], talos.limbs[0]
+    for limb in (ball, patch):
+        assert limb.spots == (limb.spot,)
+        assert limb.effector == limb.spot.frame_name
+    assert not ball.spot.planar
+    assert ball.corners == pytest.approx(np.zeros((1, 3)))
+    assert patch.spot.planar
+    assert patch.spot.radius == 0
+    x, y = patch.spot.half_size
+    assert patch.corners == pytest.approx(
+        np.array([[x, y, 0], [-x, y, 0], [-x, -y, 0], [x, -y, 0]])
+    )

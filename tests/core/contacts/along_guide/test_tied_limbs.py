@@ -128,7 +128,7 @@ def test_what_touches_is_on_the_ground_and_on_the_front_of_the_knee(
         frame = center(robot, kneeling.q, k)
         assert frame.translation[2] == pytest.approx(limb.radius, abs=1e-4)
         assert contact.position[:2] == pytest.approx(frame.translation[:2], abs=1e-4)
-        assert frame.rotation[:, 2] @ contact.normal >= limb.facing
+        assert frame.rotation[:, 2] @ contact.normal >= limb.min_cosine
 
 
 def test_a_new_contact_of_a_knee_is_somewhere_else(
@@ -187,7 +187,7 @@ def test_a_knee_that_turns_its_side_to_the_ground_is_no_contact(
     assert not limb.faces(joints, -normal)
     across = np.cross(normal, [1.0, 0.0, 0.0])
     across /= np.linalg.norm(across)
-    angle = np.arccos(limb.facing)
+    angle = np.arccos(limb.min_cosine)
     for off, expected in ((angle - 0.01, True), (angle + 0.01, False)):
         assert limb.faces(joints, np.cos(off) * normal + np.sin(off) * across) is expected
 
@@ -231,6 +231,6 @@ def test_an_axis_without_direction_is_refused() -> None:
     (limb,) = text.limbs
     contact = limb.contact.model_copy(update={"axis": (0.0, 0.0, 0.0)})
     changed = text.model_copy(update={"limbs": (limb.model_copy(update={"contact": contact}),)})
-    with pytest.raises(InvalidInput, match="no direction") as caught:
+    with pytest.raises(InvalidInput, match="must not be zero") as caught:
         Robot.load(changed)
     assert caught.value.field == "limbs.left_knee.contact.axis"

@@ -107,8 +107,8 @@ class FootholdFinder:
         found = self._near(limb, rotation, translation)
         if self._robot.limbs[limb].planar:
             found = found[found.cosines > np.cos(self._options.tilt)]
-        elif self._robot.limbs[limb].facing > -1:
-            found = found[found.cosines >= self._robot.limbs[limb].facing]
+        elif self._robot.limbs[limb].min_cosine > -1:
+            found = found[found.cosines >= self._robot.limbs[limb].min_cosine]
         if replaced is not None:
             center = replaced.position + self._robot.limbs[limb].radius * replaced.normal
             old = rotation.T @ (center - translation)
