@@ -19,9 +19,9 @@ def test_a_spread_orders_its_figures() -> None:
     for size in (1, 2, 7, 50):
         values = rng.exponential(size=size)
         spread = Spread.of(values)
-        assert spread.least <= spread.median <= spread.p95 <= spread.most
+        assert spread.minimum <= spread.median <= spread.p95 <= spread.maximum
         assert spread.mean == pytest.approx(values.sum() / size)
-        assert {spread.least, spread.most} <= set(values.tolist())
+        assert {spread.minimum, spread.maximum} <= set(values.tolist())
 
 
 def test_times_are_of_the_successes_only(make_record: MakeRecord) -> None:
@@ -30,7 +30,7 @@ def test_times_are_of_the_successes_only(make_record: MakeRecord) -> None:
     (case,) = aggregate(runs)
     assert (case.runs, case.successes, case.success) == (2, 1, 0.5)
     assert case.total is not None
-    assert case.total.most == 1.0
+    assert case.total.maximum == 1.0
     assert case.guide is not None
     assert case.guide.mean == pytest.approx(0.3)  # with its shortcuts
     assert case.per_transition is not None

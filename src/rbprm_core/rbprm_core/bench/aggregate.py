@@ -19,24 +19,32 @@ CaseKey = tuple[str, str, str, float, float]
 
 @dataclass(frozen=True)
 class Spread:
-    """Least, mean, median, 95th percentile and most of some figures."""
+    """Statistics of some values, in the values' unit.
 
-    least: float
+    Attributes:
+        minimum: smallest value.
+        mean: arithmetic mean.
+        median: median.
+        p95: 95th percentile.
+        maximum: largest value.
+    """
+
+    minimum: float
     mean: float
     median: float
     p95: float
-    most: float
+    maximum: float
 
     @staticmethod
     def of(values: Sequence[float]) -> Spread:
-        """Of at least one value."""
+        """The statistics of at least one value."""
         array = np.asarray(values, dtype=float)
         return Spread(
-            least=float(array.min()),
+            minimum=float(array.min()),
             mean=float(array.mean()),
             median=float(np.median(array)),
             p95=float(np.percentile(array, 95)),
-            most=float(array.max()),
+            maximum=float(array.max()),
         )
 
 

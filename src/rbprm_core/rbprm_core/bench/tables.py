@@ -31,7 +31,7 @@ def markdown(campaign: Campaign) -> str:
         "sequence; processor is the processor time of planning as a whole.",
         phases_table(found),
         "## Times, as in the paper's table 2",
-        "Milliseconds, least – mean – worst, of the successes; per transition is the mean. The "
+        "Milliseconds, minimum – mean – maximum, of the successes; per transition is the mean. The "
         "guide includes its shortcuts. Candidates are not in the paper.",
         times_table(found),
         "## Success, as in the paper's table 3",
@@ -69,7 +69,7 @@ def _overview(case: Aggregate) -> Row:
         f"{case.successes} of {case.runs}",
         f"{total.median:.2f}" if total else NONE,
         f"{total.p95:.2f}" if total else NONE,
-        f"{total.most:.2f}" if total else NONE,
+        f"{total.maximum:.2f}" if total else NONE,
         f"{case.cpu.median:.2f}" if case.cpu else NONE,
         f"{case.transitions.median:.0f}" if case.transitions else NONE,
         f"{1e3 * case.per_transition.median:.1f}" if case.per_transition else NONE,
@@ -268,15 +268,15 @@ def _median(spread: Spread | None) -> str:
 def _milliseconds(spread: Spread | None) -> str:
     if spread is None:
         return NONE
-    return _three(1e3 * spread.least, 1e3 * spread.mean, 1e3 * spread.most)
+    return _three(1e3 * spread.minimum, 1e3 * spread.mean, 1e3 * spread.maximum)
 
 
 def _range(values: Range | None) -> str:
     return NONE if values is None else _three(*values)
 
 
-def _three(least: float, mean: float, most: float) -> str:
-    return f"{least:.0f} – {mean:.0f} – {most:.0f}"
+def _three(minimum: float, mean: float, maximum: float) -> str:
+    return f"{minimum:.0f} – {mean:.0f} – {maximum:.0f}"
 
 
 def _share(value: float | None) -> str:

@@ -155,7 +155,7 @@ def overview(campaign: Campaign) -> Table:
             f"{case.robustness:g}",
             f"{case.successes} of {case.runs}",
             f"{total.median:.2f} s" if total else "",
-            f"{total.most:.2f} s" if total else "",
+            f"{total.maximum:.2f} s" if total else "",
             f"{1e3 * each.median:.1f} ms" if each else "",
         )
     return table
