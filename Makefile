@@ -18,7 +18,7 @@ PACKAGING    := $(wildcard src/*/package.xml src/*/setup.py src/*/setup.cfg src/
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo test lint clean FORCE
+.PHONY: help setup demo test lint docs clean FORCE
 
 help: ## List these targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | awk -F '\t' '{printf "  make %-7s %s\n", $$1, $$2}'
@@ -36,8 +36,13 @@ test: setup $(STAMP)/peer ## Style, types and all tests
 lint: $(STAMP)/packages ## Style and types only
 	@scripts/lint.sh
 
+docs: $(STAMP)/docs ## The documentation as pages, docs/_build/html/index.html
+	@.venv/bin/python -m sphinx --fail-on-warning --keep-going --quiet docs docs/_build/html
+	@echo "docs/_build/html/index.html"
+
 clean: ## Remove everything that was made, .venv included
 	rm -rf $(VENV) ros2_ws/build ros2_ws/install ros2_ws/log demo_output bench_output
+	rm -rf docs/_build docs/api
 	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis src/*/*.egg-info src/*/build
 	find src tests scripts examples -name __pycache__ -type d -prune -exec rm -rf {} +
 
@@ -60,6 +65,13 @@ $(STAMP)/packages: $(STAMP)/venv $(REQUIREMENTS) scripts/install_packages.py scr
 $(STAMP)/peer: $(STAMP)/packages requirements/peer.txt scripts/make_peer_venv.sh
 	@touch $@.begun
 	@scripts/make_peer_venv.sh
+	@mv $@.begun $@
+
+# Apart from `setup`: only the documentation needs it.
+$(STAMP)/docs: $(STAMP)/packages requirements/docs.txt requirements/constraints.txt
+	@touch $@.begun
+	@.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-input --retries=10 \
+		--timeout=60 --only-binary=:all: -c requirements/constraints.txt -r requirements/docs.txt
 	@mv $@.begun $@
 
 $(BUILT): $(STAMP)/packages $(INTERFACES) $(PACKAGING) scripts/build_workspace.sh

@@ -16,7 +16,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 FILE = ROOT / "requirements" / "constraints.txt"
-INPUTS = [f"requirements/{name}.txt" for name in ("core", "ros", "dev", "peer")]
+INPUTS = [f"requirements/{name}.txt" for name in ("core", "ros", "dev", "docs", "peer")]
 OWN = {"rbprm-core"}  # installed from the tree, not pinned
 HEADER = """\
 # Everything that gets installed, exactly; one file for Python 3.11 and 3.12.

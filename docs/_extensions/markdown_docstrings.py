@@ -1,0 +1,76 @@
+"""Docstrings written in Markdown, as the pages are: code in backticks, formulas in dollars.
+
+Sphinx reads docstrings as reStructuredText: they are translated before napoleon parses their
+sections.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from sphinx.application import Sphinx
+from sphinx.util import logging
+
+logger = logging.getLogger(__name__)
+
+CODE = r"(?<![:`\\])`(?P<code>[^`\n]+)`(?!`)"
+MATH = r"(?<![\\$\w])\$(?P<math>[^$\n]+)\$(?![\w$])"
+LINK = r"\[(?P<text>[^]\n]+)\]\((?P<url>https?://[^)\s]+)\)"
+PLAIN = r"(?P<plain>\||(?<=\w)_(?!\w))"  # marks of reStructuredText that are text in Markdown
+INLINE = re.compile(f"{CODE}|{MATH}|{LINK}|{PLAIN}")
+
+
+def translated(line: str) -> str:
+    """A line of Markdown as reStructuredText."""
+
+    def one(match: re.Match[str]) -> str:
+        if match["code"]:
+            return f"``{match['code']}``"
+        if match["math"]:
+            return f":math:`{match['math']}`"
+        if match["plain"]:
+            return f"\\{match['plain']}"
+        return f"`{match['text']} <{match['url']}>`__"
+
+    return INLINE.sub(one, line)
+
+
+def _translate(app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+    for number, line in enumerate(lines):
+        if re.search(r"[\x00-\x08\x0b-\x1f]", line):
+            logger.warning("%s: a formula loses its backslashes; write r-strings", name)
+        lines[number] = translated(line)
+
+
+def _escape_types(
+    app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: list[str]
+) -> None:
+    """Escape the types that napoleon adds to attributes, such as np.int_."""
+    for number, line in enumerate(lines):
+        if line.startswith(":vartype"):
+            lines[number] = re.sub(r"(?<=\w)_(?!\w)", r"\\_", line)
+
+
+def _alias_names(
+    app: Sphinx,
+    what: str,
+    name: str,
+    obj: Any,
+    options: Any,
+    arguments: str | None,
+    result: str | None,
+) -> tuple[str | None, str | None]:
+    """Write type aliases by their names: Sphinx 9 shows its placeholder in unions."""
+    named = [
+        text and re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", text)
+        for text in (arguments, result)
+    ]
+    return named[0], named[1]
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    app.connect("autodoc-process-docstring", _translate, priority=400)  # napoleon: 500
+    app.connect("autodoc-process-docstring", _escape_types, priority=600)
+    app.connect("autodoc-process-signature", _alias_names)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,41 @@
+"""Settings of the documentation; `make docs` builds it into docs/_build/html."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+DOCS = Path(__file__).resolve().parent
+ROOT = DOCS.parent
+sys.path[:0] = [str(DOCS / "_extensions"), str(ROOT / "src" / "rbprm_core")]
+
+project = "rbprm"
+author = "the authors of rbprm"
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "api_pages",
+    "markdown_docstrings",
+    "mathml",
+]
+
+# Pages
+exclude_patterns = ["_build", "_extensions"]
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 4
+html_theme = "furo"
+html_title = "rbprm"
+html_math_renderer = "mathml"
+html_copy_source = False
+html_show_copyright = False
+pygments_style = "default"
+
+# API pages
+autodoc_member_order = "bysource"
+autodoc_typehints_format = "short"
+autodoc_type_aliases = {"Array": "Array"}
+autodoc_preserve_defaults = True
+napoleon_numpy_docstring = False
+napoleon_use_ivar = True
+python_maximum_signature_line_length = 88
