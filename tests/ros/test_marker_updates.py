@@ -14,7 +14,7 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from rbprm_core.errors import InvalidInput
-from rbprm_core.scene import Classification, surfaces_of_mesh
+from rbprm_core.scene import Classification, surfaces_from_mesh
 from rbprm_core.surface_kind import SurfaceKind
 from rbprm_ros.conversions.marker_updates import update_of_markers
 from rbprm_ros.environment import Environment
@@ -56,7 +56,7 @@ def roots(environment: Environment) -> set[str]:
 
 def test_facets_are_those_of_a_mesh() -> None:
     snapshot = sent(Environment(), [box()]).snapshot
-    facets = surfaces_of_mesh(TRIANGLES, Settings().marker_friction, Classification())
+    facets = surfaces_from_mesh(TRIANGLES, Settings().marker_friction, Classification())
     contacts = [f for f in facets if f.kind is not SurfaceKind.OTHER]
     assert [s.id for s in snapshot.surfaces] == [f"seen/0/{f.id}" for f in contacts]
     assert [s.kind for s in snapshot.surfaces] == [f.kind for f in contacts]

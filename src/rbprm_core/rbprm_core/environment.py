@@ -16,7 +16,7 @@ from rbprm_core.scene import (
     Surface,
     make_surface,
     read_triangles,
-    surfaces_of_mesh,
+    surfaces_from_mesh,
 )
 from rbprm_core.validation import coordinates
 
@@ -35,7 +35,7 @@ def load_scene(entry: EnvironmentEntry, classification: Classification) -> Scene
         source = _source(mesh, field)
         triangles = read_triangles(source, field)
         known = {surface.id for surface in surfaces}
-        found = surfaces_of_mesh(triangles, source.friction, classification)
+        found = surfaces_from_mesh(triangles, source.friction, classification)
         surfaces += [surface for surface in found if surface.id not in known]
     surfaces += polygon_surfaces(entry.surfaces, classification, "environment")
     return Scene(surfaces)

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.plan_record import EnvironmentEntry, SurfaceEntry
-from rbprm_core.scene import Classification, Scene, Surface, make_surface, surfaces_of_mesh
+from rbprm_core.scene import Classification, Scene, Surface, make_surface, surfaces_from_mesh
 from rbprm_core.scene.convex import MAX_CORNERS, convex_polygons
 from rbprm_core.scene.polygon import MIN_AREA
-from rbprm_core.scene.scene import fans
+from rbprm_core.scene.triangles import fan_triangles
 from rbprm_core.surface_kind import SurfaceKind
 from rbprm_core.validation import MAX_FRICTION
 
@@ -294,13 +294,13 @@ def search(mesh: MeshUpdate, rule: Classification) -> FoundSurfaces:
     """Contact surfaces of a mesh, and the rest of it as one obstacle; 0.3 ms a surface."""
     surfaces: dict[str, KnownSurface] = {}
     rest: list[Array] = []
-    for facet in surfaces_of_mesh(mesh.triangles, mesh.friction, rule):
+    for facet in surfaces_from_mesh(mesh.triangles, mesh.friction, rule):
         if facet.kind not in CONTACT_KINDS or facet.polygon.area <= MIN_AREA:
             rest += facet.polygon.pieces
             continue
         surface = dataclasses.replace(facet, id=f"{mesh.id}/{facet.id}")
         surfaces[surface.id] = (_entry(surface), surface)
-    obstacle = Obstacle(mesh.id, fans(rest)) if rest else None
+    obstacle = Obstacle(mesh.id, fan_triangles(rest)) if rest else None
     return FoundSurfaces(mesh, rule, surfaces, obstacle)
 
 

@@ -17,7 +17,7 @@ from rbprm_core.errors import RbprmError
 from rbprm_core.robot.bodies import Bodies
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface
-from rbprm_core.scene.scene import mesh_shape
+from rbprm_core.scene.triangles import mesh_shape
 
 Array = NDArray[np.float64]
 POSES = 300

@@ -1,4 +1,4 @@
-"""What differs between two scenes."""
+"""Differences between two scenes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Convex polygons at once: the same as one by one, and what is not convex is left alone."""
+"""Convex polygons at once: equal to those made one by one; other rings give None."""
 
 from __future__ import annotations
 
@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.scene.convex import MAX_CORNERS, convex_polygons
 from rbprm_core.scene.polygon import make_polygon
-
-Array = NDArray[np.float64]
 
 
 def level(ring: list[tuple[float, float]]) -> Array:
@@ -29,7 +27,7 @@ def test_the_same_as_one_by_one(size: int, seed: int) -> None:
     circle = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=2)
     rings = circle @ rotation.T + rng.uniform(-20, 20, 3)
     for ring, polygon in zip(rings, convex_polygons(rings), strict=True):
-        if polygon is None:  # corners too near to each other
+        if polygon is None:  # corners too close to each other
             continue
         alone = make_polygon(ring)
         assert np.array_equal(polygon.plane.normal, alone.plane.normal)
@@ -58,7 +56,7 @@ def test_convex_rings_are_made(size: int) -> None:
     [
         level([(0, 0), (1, 0), (0.2, 0.2), (0, 1)]),  # concave
         level([(0, 0), (1, 1), (1, 0), (0, 1)]),  # crosses itself
-        level([(0, 0), (1, 0), (2, 0), (0, 1)]),  # a corner that is none
+        level([(0, 0), (1, 0), (2, 0), (0, 1)]),  # a straight corner
         level([(0, 0), (0, 0), (1, 0), (0, 1)]),  # one point twice
         level([(0, 0), (1, 0), (2, 0), (3, 0)]),  # no area
         1e-5 * SQUARE,
@@ -68,7 +66,7 @@ def test_convex_rings_are_made(size: int) -> None:
         SQUARE + np.outer([1, 0, 1, 0], [0, 0, 0.01]),  # not planar
     ],
 )
-def test_all_else_is_left_alone(ring: Array) -> None:
+def test_other_rings_give_none(ring: Array) -> None:
     good, bad = convex_polygons(np.array([SQUARE, ring]))
     assert good is not None
     assert bad is None
@@ -80,7 +78,7 @@ def test_a_star_is_not_convex() -> None:
     assert convex_polygons(star[None]) == [None]
 
 
-def test_many_corners_are_left_alone() -> None:
+def test_too_many_corners_give_none() -> None:
     angles = np.arange(MAX_CORNERS + 1) * 2 * np.pi / (MAX_CORNERS + 1)
     ring = np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
     assert convex_polygons(ring[None]) == [None]

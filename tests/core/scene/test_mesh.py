@@ -1,4 +1,4 @@
-"""Meshes: reading files, merging facets, ids that stay."""
+"""Meshes: reading files, merging coplanar facets, stable ids."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.errors import InvalidInput
 from rbprm_core.scene import (
     Classification,
@@ -20,11 +20,10 @@ from rbprm_core.scene import (
     Scene,
     Surface,
     read_triangles,
-    surfaces_of_mesh,
+    surfaces_from_mesh,
 )
 from rbprm_core.surface_kind import SurfaceKind
 
-Array = NDArray[np.float64]
 RUBBLE = "hpp_environments/meshes/multicontact/darpareduced.stl"
 RULE = Classification()
 AHEAD = np.array([1.0, 0, 0])
@@ -35,7 +34,7 @@ def source(file: Path | str) -> MeshSource:
 
 
 def surfaces(triangles: Array) -> list[Surface]:
-    return surfaces_of_mesh(triangles, 0.5, RULE)
+    return surfaces_from_mesh(triangles, 0.5, RULE)
 
 
 def ids(triangles: Array) -> set[str]:
@@ -43,7 +42,7 @@ def ids(triangles: Array) -> set[str]:
 
 
 def placed_box(seed: int) -> Array:
-    """Triangles of a box of some size, anyhow in space."""
+    """Triangles of a box with random size and pose."""
     rng = np.random.default_rng(seed)
     mesh = trimesh.creation.box(extents=rng.uniform(0.1, 2, 3))
     rotation = pin.exp3(rng.uniform(-np.pi, np.pi) * np.array([0.6, 0, 0.8]))
@@ -51,7 +50,7 @@ def placed_box(seed: int) -> Array:
 
 
 def subdivided(triangles: Array) -> Array:
-    """Each triangle cut into four."""
+    """Triangles of a mesh with each triangle cut into four."""
     a, b, c = triangles.transpose(1, 0, 2)
     ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
     parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
@@ -158,7 +157,7 @@ def test_both_sides_of_a_thin_plate_are_surfaces(count: int) -> None:
 
 
 def test_friction_is_the_meshs() -> None:
-    assert {s.friction for s in surfaces_of_mesh(plate(0, 1), 0.7, RULE)} == {0.7}
+    assert {s.friction for s in surfaces_from_mesh(plate(0, 1), 0.7, RULE)} == {0.7}
 
 
 def test_a_mesh_stands_where_it_is_put(tmp_path: Path) -> None:
@@ -228,14 +227,14 @@ def test_an_absent_mesh_is_refused() -> None:
     assert caught.value.field == "environment.meshes.2.file"
 
 
-def test_a_format_nobody_knows_is_refused(tmp_path: Path) -> None:
+def test_an_unknown_format_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "box.mesh3000"
     file.write_text("?")
     with pytest.raises(InvalidInput, match="cannot be read"):
         read_triangles(source(file))
 
 
-@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")  # of the mesh library
+@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")  # raised inside the mesh library
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_coordinates_that_are_not_finite_are_refused(tmp_path: Path, value: float) -> None:
     mesh = trimesh.creation.box()

@@ -1,4 +1,4 @@
-"""Planes: their frames, their coordinates, and that many at once are as one by one."""
+"""Planes: frames, coordinates, and equal results for one ring and for many at once."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
-from rbprm_core.scene.plane import plane_axes, plane_of, ring_planes
+from rbprm_core.arrays import Array
+from rbprm_core.scene.plane import plane_axes, plane_from_normal, ring_planes
 
-Array = NDArray[np.float64]
 seeds = st.integers(0, 2**32 - 1)
 
 
@@ -19,7 +18,7 @@ seeds = st.integers(0, 2**32 - 1)
 def test_coordinates_and_back(seed: int) -> None:
     rng = np.random.default_rng(seed)
     rotation = pin.exp3(rng.uniform(-3, 3, 3))
-    plane = plane_of(rng.uniform(-20, 20, 3), rotation[:, 2])
+    plane = plane_from_normal(rng.uniform(-20, 20, 3), rotation[:, 2])
     frame = np.column_stack([plane.axes, plane.normal])
     assert frame.T @ frame == pytest.approx(np.eye(3), abs=1e-12)
     assert np.linalg.det(frame) == pytest.approx(1)
@@ -31,13 +30,13 @@ def test_coordinates_and_back(seed: int) -> None:
 
 @pytest.mark.parametrize("normal", [*np.eye(3), *-np.eye(3)], ids=str)
 def test_axes_along_every_axis(normal: Array) -> None:
-    plane = plane_of(np.zeros(3), normal)
+    plane = plane_from_normal(np.zeros(3), normal)
     assert np.cross(*plane.axes.T) == pytest.approx(normal)
 
 
 @given(seeds, st.integers(3, 12))
 def test_many_at_once_are_as_one_by_one(seed: int, size: int) -> None:
-    """To the last digit: what a scene is made of must not depend on how its message was cut."""
+    """Bitwise, since a scene must not depend on how its surfaces are batched into messages."""
     rings = np.random.default_rng(seed).uniform(-20, 20, (7, size, 3))
     together = ring_planes(rings)
     axes = plane_axes(together[1])

@@ -1,4 +1,4 @@
-"""Polygons: what is refused, and that the convex pieces are the polygon."""
+"""Polygons: refused input, and convex pieces that cover the polygon."""
 
 from __future__ import annotations
 
@@ -10,12 +10,10 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.errors import InvalidInput
 from rbprm_core.scene.polygon import make_polygon
-
-Array = NDArray[np.float64]
 
 SQUARE: list[list[float]] = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 unit = st.floats(0, 1)
@@ -23,7 +21,7 @@ unit = st.floats(0, 1)
 
 @st.composite
 def flat_rings(draw: st.DrawFn, least: int = 4, most: int = 14) -> Array:
-    """A simple polygon (n, 2) about the origin, counter-clockwise, concave more often than not."""
+    """A random simple polygon (n, 2) about the origin, counter-clockwise, mostly concave."""
     count = draw(st.integers(least, most))
     turn = [(i + 0.8 * draw(unit)) * 2 * np.pi / count for i in range(count)]
     reach = [0.3 + 2 * draw(unit) for _ in range(count)]
@@ -32,7 +30,7 @@ def flat_rings(draw: st.DrawFn, least: int = 4, most: int = 14) -> Array:
 
 @st.composite
 def transforms(draw: st.DrawFn) -> pin.SE3:
-    """Any rotation, and a translation of some metres."""
+    """A random rotation and a translation of some metres."""
     seed = draw(st.integers(0, 2**32 - 1))
     rng = np.random.default_rng(seed)
     quaternion = pin.Quaternion(rng.normal(size=4))

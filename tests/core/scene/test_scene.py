@@ -1,4 +1,4 @@
-"""Scenes: edits, arrays of pieces, and what lies inside something."""
+"""Scenes: edits, convex pieces, coal meshes, and points inside closed parts."""
 
 from __future__ import annotations
 
@@ -9,14 +9,12 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.scene import Scene, Surface, make_surface
-from rbprm_core.scene.scene import MAX_SHAPES, MIN_TOGETHER
+from rbprm_core.scene.scene import MAX_SHAPES, MIN_SHAPE_TRIANGLES
 from rbprm_core.surface_kind import SurfaceKind
 
-Array = NDArray[np.float64]
 Box = Callable[..., list[Surface]]
 L_SHAPE = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0], [1, 2, 0], [0, 2, 0.0]])
 SUPPORT = (SurfaceKind.SUPPORT,)
@@ -122,11 +120,11 @@ def test_every_triangle_is_in_exactly_one_shape(seed: int, count: int, same: boo
     rng = np.random.default_rng(seed)
     triangles = rng.normal(size=(count, 3, 3))
     if same:
-        triangles[:] = triangles[0]  # nothing tells them apart
+        triangles[:] = triangles[0]  # all in one place
     shapes = Scene([], triangles).shapes
     parts = [np.asarray(shape.vertices()).reshape(-1, 3, 3) for shape in shapes]
-    most = max(MIN_TOGETHER, -(-count // MAX_SHAPES))
-    assert max(map(len, parts)) <= most
+    limit = max(MIN_SHAPE_TRIANGLES, -(-count // MAX_SHAPES))
+    assert max(map(len, parts)) <= limit
     assert len(parts) < 2 * MAX_SHAPES
     found, wanted = np.concatenate(parts).reshape(-1, 9), triangles.reshape(-1, 9)
     assert np.array_equal(found[np.lexsort(found.T)], wanted[np.lexsort(wanted.T)])
@@ -168,7 +166,7 @@ def test_inside_a_closed_box_and_nowhere_else(make_box: Box, seed: int) -> None:
 
 def test_an_open_box_holds_its_middle_but_not_what_is_above(make_box: Box) -> None:
     faces = make_box("b", -np.ones(3), np.ones(3))
-    scene = Scene([face for face in faces if face.normal[2] > -0.5])  # no bottom, as many meshes
+    scene = Scene([face for face in faces if face.normal[2] > -0.5])  # open below
     assert scene.encloses(np.zeros(3))
     assert not scene.encloses(np.array([0, 0, 1.5]))
 

@@ -1,4 +1,4 @@
-"""Which surface carries a contact, after whatever happened to ids and outlines."""
+"""The supporting surface of a contact after changes of ids and outlines."""
 
 from __future__ import annotations
 
@@ -6,12 +6,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.scene import Scene, Surface, make_surface
-from rbprm_core.scene.supporting_surface import OFF, TILT, carries, supporting_surface
+from rbprm_core.scene.supporting_surface import (
+    MAX_DISTANCE,
+    MAX_TILT,
+    supporting_surface,
+    supports,
+)
 
-Array = NDArray[np.float64]
 UP = np.array([0.0, 0.0, 1.0])
 PATCH = np.array([[0.1, 0.05, 0.0], [-0.1, 0.05, 0.0], [-0.1, -0.05, 0.0], [0.1, -0.05, 0.0]])
 
@@ -21,7 +25,7 @@ def tile(name: str, low: float, high: float, height: float = 0.0, *holes: Array)
     return make_surface(name, ring, 0.5, holes)
 
 
-def test_the_surface_of_the_id_comes_first() -> None:
+def test_the_surface_with_the_id_comes_first() -> None:
     scene = Scene([tile("a", -1, 1), tile("b", -2, 2)])
     for name in ("a", "b"):
         found = supporting_surface(scene, PATCH, UP, name)
@@ -29,7 +33,7 @@ def test_the_surface_of_the_id_comes_first() -> None:
         assert found.id == name
 
 
-def test_another_id_or_outline_carries_as_well() -> None:
+def test_another_id_or_outline_supports_as_well() -> None:
     for scene in (Scene([tile("new", -1, 1)]), Scene([tile("old", 3, 4), tile("new", -1, 1)])):
         found = supporting_surface(scene, PATCH, UP, "old")
         assert found is not None
@@ -39,35 +43,35 @@ def test_another_id_or_outline_carries_as_well() -> None:
 @pytest.mark.parametrize(
     "surface",
     [
-        tile("low", -1, 1, -2 * OFF),
+        tile("low", -1, 1, -2 * MAX_DISTANCE),
         tile("half", 0, 1),
         tile("holed", -1, 1, 0.0, np.array([[-0.02, -0.02, 0], [0, 0.02, 0], [0.02, -0.02, 0]])),
         make_surface("below", [[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]], 0.5),
     ],
     ids=lambda surface: surface.id,
 )
-def test_what_carries_a_part_only_carries_nothing(surface: Surface) -> None:
+def test_support_of_a_part_only_is_no_support(surface: Surface) -> None:
     assert supporting_surface(Scene([surface]), PATCH, UP, surface.id) is None
 
 
-@pytest.mark.parametrize(("angle", "carried"), [(0.5 * TILT, True), (1.5 * TILT, False)])
-def test_normals_may_differ_a_little(angle: float, carried: bool) -> None:
+@pytest.mark.parametrize(("angle", "supported"), [(0.5 * MAX_TILT, True), (1.5 * MAX_TILT, False)])
+def test_normals_may_differ_a_little(angle: float, supported: bool) -> None:
     slope = np.tan(angle)
     ring = [[x, y, x * slope] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     scene = Scene([make_surface("slope", ring, 0.5)])
     point = np.zeros((1, 3))
-    assert (supporting_surface(scene, point, UP) is not None) is carried
+    assert (supporting_surface(scene, point, UP) is not None) is supported
 
 
-def test_a_point_beyond_the_edge_by_rounding_is_carried() -> None:
+def test_a_point_beyond_the_edge_by_rounding_is_supported() -> None:
     scene = Scene([tile("a", 0, 1)])
-    assert supporting_surface(scene, np.array([[-0.5 * OFF, 0.0, 0.0]]), UP) is not None
-    assert supporting_surface(scene, np.array([[-2 * OFF, 0.0, 0.0]]), UP) is None
+    assert supporting_surface(scene, np.array([[-0.5 * MAX_DISTANCE, 0.0, 0.0]]), UP) is not None
+    assert supporting_surface(scene, np.array([[-2 * MAX_DISTANCE, 0.0, 0.0]]), UP) is None
 
 
 @given(seed=st.integers(0, 2**32 - 1))
-def test_none_is_missed_by_what_is_looked_at_first(seed: int) -> None:
-    """Sharp corners and patches over the edge by about the tolerance, in a scene of many."""
+def test_the_search_by_boxes_misses_no_surface(seed: int) -> None:
+    """Points near sharp corners, off the edge by about the tolerance, among many surfaces."""
     rng = np.random.default_rng(seed)
     surfaces = []
     for i in range(20):
@@ -79,6 +83,6 @@ def test_none_is_missed_by_what_is_looked_at_first(seed: int) -> None:
     scene = Scene(surfaces)
     corners = np.concatenate([surface.polygon.boundary for surface in surfaces])
     for corner in corners:
-        point = corner + np.append(rng.uniform(-3 * OFF, 3 * OFF, 2), 0.0)
-        wanted = [s for s in surfaces if carries(s, point[None], UP)]
+        point = corner + np.append(rng.uniform(-3 * MAX_DISTANCE, 3 * MAX_DISTANCE, 2), 0.0)
+        wanted = [s for s in surfaces if supports(s, point[None], UP)]
         assert supporting_surface(scene, point[None], UP) is (wanted[0] if wanted else None)

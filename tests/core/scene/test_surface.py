@@ -1,4 +1,4 @@
-"""Surfaces: kind by normal, friction."""
+"""Surfaces: kind from normal and area, friction."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def test_the_slope_decides_the_kind(slope: float, heading: float) -> None:
     rule = Classification()
     up = float(np.sum((np.array([0, 0, 1]) - normal) ** 2))
     kind = rule.kind(normal, 1.0)
-    if abs(up - rule.support) > 1e-9:  # on the limit itself either is right
+    if abs(up - rule.support) > 1e-9:  # at the limit either kind is right
         assert (kind is SurfaceKind.SUPPORT) == (up < rule.support)
     if abs(abs(normal[2]) - rule.lean) > 1e-9:
         assert (kind is SurfaceKind.LEAN) == (abs(normal[2]) < rule.lean)

@@ -25,8 +25,8 @@ from rbprm_core.errors import InvalidInput
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface
 from rbprm_core.scene.changes import added_triangles
-from rbprm_core.scene.scene import mesh_shape
 from rbprm_core.scene.supporting_surface import supporting_surface
+from rbprm_core.scene.triangles import mesh_shape
 from rbprm_core.statics import GRIP_FORCE, cone_generators
 
 Array = NDArray[np.float64]

@@ -1,6 +1,6 @@
-"""The environment: contact surfaces and obstacles."""
+"""The environment in which a robot plans: planar contact surfaces and obstacles."""
 
-from rbprm_core.scene.mesh import MeshSource, read_triangles, surfaces_of_mesh
+from rbprm_core.scene.mesh import MeshSource, read_triangles, surfaces_from_mesh
 from rbprm_core.scene.scene import Scene
 from rbprm_core.scene.surface import Classification, Surface, make_surface
 
@@ -11,5 +11,5 @@ __all__ = [
     "Surface",
     "make_surface",
     "read_triangles",
-    "surfaces_of_mesh",
+    "surfaces_from_mesh",
 ]

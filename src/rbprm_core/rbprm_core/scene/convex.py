@@ -1,35 +1,33 @@
-"""Many convex polygons at once: what perception mostly sends, thirty times a second."""
+"""Many convex polygons at once: the common case of perceived surfaces, which come at 30 Hz."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array, BoolArray
 from rbprm_core.scene.plane import Plane, plane_axes, ring_planes
 from rbprm_core.scene.polygon import MIN_AREA, PLANAR_TOLERANCE, SAME_POINT, Polygon
 from rbprm_core.validation import MAX_COORDINATE
 
-Array = NDArray[np.float64]
-
-SHARP = 1e-6  # sine of the angle between edges; flatter corners are left to `make_polygon`
-MAX_CORNERS = 16  # rings of more are left to `make_polygon`
-FIRST_OF_PIECE = 2  # places from the end; where `make_polygon` too begins the piece
+MIN_TURN = 1e-6  # radians between successive edges; flatter corners are left to `make_polygon`
+MAX_CORNERS = 16  # larger rings are left to `make_polygon`
+PIECE_SHIFT = 2  # the piece starts this many vertices before the ring, as in `make_polygon`
 
 
 def convex_polygons(rings: Array) -> list[Polygon | None]:
-    """Polygons without holes, as `make_polygon` makes them.
+    """Return the polygon of each ring, equal to that of `make_polygon`, or None.
 
     Args:
-        rings: (g, v, 3) boundaries of v vertices each, metres.
+        rings: (g, v, 3) boundaries of v vertices each, metres, planning frame.
 
     Returns:
-        For each ring its polygon, None where it is not clearly convex and valid: `make_polygon`
-        then makes it, or says what is wrong.
+        A polygon without holes for each ring; None where the ring is not clearly convex and valid,
+        so that `make_polygon` has to make the polygon or raise the error.
     """
     count, size = rings.shape[:2]
     if not 3 <= size <= MAX_CORNERS:
         return [None] * count
-    good = np.asarray((np.abs(rings) <= MAX_COORDINATE).all(axis=(1, 2)))  # False of NaN
+    good = np.asarray((np.abs(rings) <= MAX_COORDINATE).all(axis=(1, 2)))  # False for NaN
     rings = np.where(good[:, None, None], rings, 0.0)
     edges = np.roll(rings, -1, axis=1) - rings
     lengths = np.sqrt((edges**2).sum(axis=2))
@@ -42,12 +40,12 @@ def convex_polygons(rings: Array) -> list[Polygon | None]:
     flat = arms @ axes
     good &= _is_convex(flat)
     lifted = origins[:, None] + flat @ axes.transpose(0, 2, 1)
-    pieces = np.roll(lifted, FIRST_OF_PIECE, axis=1)
+    pieces = np.roll(lifted, PIECE_SHIFT, axis=1)
     areas = _areas(flat)
     outer = np.ones(size, dtype=bool)
     return [
         Polygon(
-            # Copies: one polygon that is kept must not keep the arrays of all.
+            # Copies, so that one polygon does not keep the arrays of all polygons alive.
             plane=Plane(origins[i].copy(), axes[i].copy(), normals[i].copy()),
             boundary=lifted[i].copy(),
             holes=(),
@@ -61,18 +59,18 @@ def convex_polygons(rings: Array) -> list[Polygon | None]:
     ]
 
 
-def _is_convex(flat: Array) -> NDArray[np.bool_]:
-    """(g,) True where a ring (g, v, 2) turns left at every corner, and once around in all."""
+def _is_convex(flat: Array) -> BoolArray:
+    """Return (g,) where a ring (g, v, 2) turns left at every corner and makes one full turn."""
     edges = np.roll(flat, -1, axis=1) - flat
     after = np.roll(edges, -1, axis=1)
     turn = edges[..., 0] * after[..., 1] - edges[..., 1] * after[..., 0]
     along = (edges * after).sum(axis=2)
     angles = np.arctan2(turn, along)
-    # A star turns left everywhere too, but more than once around.
-    return np.asarray((angles > SHARP).all(axis=1) & (angles.sum(axis=1) < 3 * np.pi))
+    # A five-pointed star turns left everywhere too, but makes two full turns.
+    return np.asarray((angles > MIN_TURN).all(axis=1) & (angles.sum(axis=1) < 3 * np.pi))
 
 
 def _areas(flat: Array) -> Array:
-    """Area (g,) of rings (g, v, 2)."""
+    """Return the area (g,) of rings (g, v, 2), in square metres for metres."""
     after = np.roll(flat, -1, axis=1)
     return np.asarray((flat[..., 0] * after[..., 1] - flat[..., 1] * after[..., 0]).sum(axis=1) / 2)

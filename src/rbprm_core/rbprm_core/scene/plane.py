@@ -1,45 +1,70 @@
-"""Planes in space, of one ring of points or of many at once: the same numbers to the last digit."""
+"""Planes in space, from one ring of points or from many at once, with bitwise equal results."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from rbprm_core.arrays import Array
 
 TINY = 1e-300  # keeps a division finite where the quotient is not used
 
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """A plane with a frame in it: columns of `axes` (3, 2) span it, `normal` (3,) is outward."""
+    """A plane with a right-handed orthonormal frame in it.
+
+    Attributes:
+        origin: (3,) point of the plane, metres, planning frame.
+        axes: (3, 2) matrix whose columns are unit vectors that span the plane.
+        normal: (3,) outward unit normal.
+    """
 
     origin: Array
     axes: Array
     normal: Array
 
     def flatten(self, points: Array) -> Array:
-        """Coordinates (n, 2) in the plane of points (n, 3)."""
+        """Return the coordinates (n, 2), metres, of points in the plane.
+
+        Args:
+            points: (n, 3) points, metres, planning frame; they are projected along the normal.
+        """
         return np.asarray((points - self.origin) @ self.axes)
 
     def lift(self, points: Array) -> Array:
-        """Points (n, 3) in space of coordinates (n, 2) in the plane."""
+        """Return the points (n, 3), metres, planning frame, with given coordinates in the plane.
+
+        Args:
+            points: (n, 2) coordinates in the plane, metres.
+        """
         return np.asarray(self.origin + points @ self.axes.T)
 
 
-def plane_of(origin: Array, normal: Array) -> Plane:
-    """The plane through a point (3,) with a unit normal (3,)."""
+def plane_from_normal(origin: Array, normal: Array) -> Plane:
+    """Return the plane through a point with a given normal.
+
+    Args:
+        origin: (3,) point of the plane, metres.
+        normal: (3,) outward unit normal.
+    """
     return Plane(origin, plane_axes(normal[None])[0], normal)
 
 
 def ring_planes(rings: Array) -> tuple[Array, Array, Array]:
-    """The mean plane of each ring (g, v, 3), by Newell's method; its winding orients the normal.
+    r"""Return the mean plane of each ring by Newell's method.
+
+    With vertices $p_i$ and their mean $c$, the vector area of a ring is
+    $\frac{1}{2} \sum_i (p_i - c) \times (p_{i+1} - c)$. Its direction is the normal.
+
+    Args:
+        rings: (g, v, 3) closed rings of v vertices each, metres, counter-clockwise seen from
+            outside.
 
     Returns:
-        Origins (g, 3) in metres, unit normals (g, 3), areas (g,) in square metres. The normal of a
-        ring without area is none.
+        Origins (g, 3) in metres, outward unit normals (g, 3), and areas (g,) in square metres. The
+        normal of a ring without area is zero or arbitrary.
     """
     origins = rings.mean(axis=1)
     arms = rings - origins[:, None]
@@ -49,7 +74,11 @@ def ring_planes(rings: Array) -> tuple[Array, Array, Array]:
 
 
 def plane_axes(normals: Array) -> Array:
-    """Orthonormal columns (g, 3, 2) that with unit normals (g, 3) make right-handed frames."""
+    """Return unit axes (g, 3, 2), as columns, that form right-handed frames with the normals.
+
+    Args:
+        normals: (g, 3) unit normals.
+    """
     helpers = np.eye(3)[np.abs(normals).argmin(axis=1)]
     first = np.cross(helpers, normals)
     first /= np.maximum(_lengths(first), TINY)[:, None]
@@ -57,5 +86,8 @@ def plane_axes(normals: Array) -> Array:
 
 
 def _lengths(vectors: Array) -> Array:
-    """(g,) of vectors (g, 3). Not by `np.linalg.norm`: its sum differs with the number of rows."""
+    """Return the length (g,) of each vector (g, 3).
+
+    The sum in `np.linalg.norm` depends on the number of rows, so that it is not used here.
+    """
     return np.asarray(np.sqrt((vectors * vectors).sum(axis=1)))

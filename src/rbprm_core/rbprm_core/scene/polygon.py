@@ -1,4 +1,4 @@
-"""Planar polygons in space: their plane, their validity and their convex pieces."""
+"""Planar polygons in space: validation, plane and convex pieces."""
 
 from __future__ import annotations
 
@@ -9,44 +9,49 @@ from functools import lru_cache
 import mapbox_earcut
 import numpy as np
 import shapely
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from rbprm_core.arrays import Array, BoolArray, IntArray
 from rbprm_core.errors import InvalidInput
-from rbprm_core.scene.plane import Plane, plane_of, ring_planes
+from rbprm_core.scene.plane import Plane, plane_from_normal, ring_planes
 from rbprm_core.validation import coordinates
 
-Array = NDArray[np.float64]
 Indices = tuple[int, ...]
 
-PLANAR_TOLERANCE = 8e-4  # metres; a little less than a plan is held to by its check
-SAME_POINT = 1e-9  # metres
+PLANAR_TOLERANCE = 8e-4  # metres; slightly less than the bound of the plan check
+SAME_POINT = 1e-9  # metres; neighbouring vertices closer than this are one vertex
 MIN_AREA = 1e-8  # square metres
 STRAIGHT = 1e-9  # sine of the angle below which two edges count as one line
 
 
 @dataclass(frozen=True, eq=False)
 class Polygon:
-    """A valid planar polygon.
+    """A valid planar polygon, in metres in the planning frame.
 
     Attributes:
-        plane: that holds it.
+        plane: plane of the polygon.
         boundary: (v, 3) vertices, counter-clockwise seen from outside.
-        holes: each (h, 3) vertices, clockwise.
-        pieces: convex parts, each (m, 3), counter-clockwise.
-        outer_edges: for each piece (m,) bool, True where the edge from vertex i to i + 1 lies on
+        holes: vertices of each hole, (h, 3), clockwise seen from outside.
+        pieces: vertices of each convex piece, (m, 3), counter-clockwise seen from outside.
+        outer_edges: flags (m,) of each piece, True where the edge from vertex i to i + 1 lies on
             the polygon's boundary and False where it is shared with another piece.
-        area: in square metres.
+        area: area in square metres.
     """
 
     plane: Plane
     boundary: Array
     holes: tuple[Array, ...]
     pieces: tuple[Array, ...]
-    outer_edges: tuple[NDArray[np.bool_], ...]
+    outer_edges: tuple[BoolArray, ...]
     area: float
 
     def shrunk(self, margin: float) -> shapely.Polygon:
-        """The polygon in its plane's coordinates, less a margin in metres along its boundary."""
+        """Return the polygon in coordinates of its plane, shrunk along its whole boundary.
+
+        Args:
+            margin: distance by which the boundary moves inwards, metres; negative to grow. Corners
+                stay sharp (mitred).
+        """
         return _shrunk(self, margin)
 
 
@@ -62,16 +67,16 @@ def _shrunk(polygon: Polygon, margin: float) -> shapely.Polygon:
 def make_polygon(
     vertices: ArrayLike, holes: tuple[ArrayLike, ...] = (), field: str = "polygon"
 ) -> Polygon:
-    """Validate a polygon and cut it into convex pieces.
+    """Return a validated polygon, cut into convex pieces.
 
     Args:
-        vertices: (v, 3) boundary; its winding gives the outward normal (right-hand rule).
-        holes: each (h, 3), any winding.
-        field: name of the polygon in errors, which then name its `vertices` or `holes`.
+        vertices: (v, 3) boundary, metres; its winding gives the outward normal (right-hand rule).
+        holes: vertices of each hole, (h, 3), metres, in any winding.
+        field: name of the polygon in errors, to which `vertices` or `holes` is appended.
 
     Raises:
-        InvalidInput: not finite, fewer than three distinct points, zero area, not planar,
-            self-intersecting, or a hole outside.
+        InvalidInput: a ring is not finite, has fewer than three distinct points or no area, is not
+            planar or intersects itself, or a hole is not inside the boundary.
     """
     name = f"{field}.vertices"
     boundary = _distinct(coordinates(name, vertices, (-1, 3)), name)
@@ -83,17 +88,23 @@ def make_polygon(
     for ring in (boundary, *rings):
         off = np.abs((ring - plane.origin) @ plane.normal).max()
         if off > PLANAR_TOLERANCE:
-            reason = f"is not planar: a vertex is {off:.4g} m off (at most {PLANAR_TOLERANCE:g} m)"
+            reason = f"is not planar: a vertex is {off:.4g} m off its plane"
+            reason += f" (at most {PLANAR_TOLERANCE:g} m)"
             raise InvalidInput(name, vertices, reason)
     flat = shapely.Polygon(plane.flatten(boundary), [plane.flatten(ring) for ring in rings])
     if not flat.is_valid:
         reason = f"is not a simple polygon: {shapely.is_valid_reason(flat)} (in its plane)"
         raise InvalidInput(name, vertices, reason)
-    return polygon_of_shape(shapely.geometry.polygon.orient(flat), plane)
+    return polygon_from_shape(shapely.geometry.polygon.orient(flat), plane)
 
 
-def polygon_of_shape(flat: shapely.Polygon, plane: Plane) -> Polygon:
-    """A polygon from a valid shape in a plane's coordinates, its shell counter-clockwise."""
+def polygon_from_shape(flat: shapely.Polygon, plane: Plane) -> Polygon:
+    """Return the polygon of a valid shape in the coordinates of a plane.
+
+    Args:
+        flat: polygon in coordinates of the plane, metres, its exterior counter-clockwise.
+        plane: plane of the polygon.
+    """
     shell = np.asarray(flat.exterior.coords)[:-1]
     rings = [np.asarray(ring.coords)[:-1] for ring in flat.interiors]
     points = np.vstack([shell, *rings])
@@ -117,14 +128,17 @@ def polygon_of_shape(flat: shapely.Polygon, plane: Plane) -> Polygon:
     )
 
 
-def convex_parts(points: Array, triangles: NDArray[np.int_]) -> list[Indices]:
-    """Merge triangles into convex polygons across shared edges (Hertel and Mehlhorn, 1983).
+def convex_parts(points: Array, triangles: IntArray) -> list[Indices]:
+    """Return convex polygons merged from triangles across shared edges.
+
+    Hertel and Mehlhorn 1983: at most four times the smallest possible number of parts.
 
     Args:
-        points: (n, 2) vertices. triangles: (t, 3) indices.
+        points: (n, 2) vertices, metres.
+        triangles: (t, 3) indices of the vertices of each triangle, in any winding.
 
     Returns:
-        Vertex indices of each part, counter-clockwise; at most four times the fewest possible.
+        Indices of the vertices of each part, counter-clockwise.
     """
     parts: dict[int, Indices] = {}
     edges: dict[tuple[int, int], int] = {}
@@ -145,7 +159,7 @@ def convex_parts(points: Array, triangles: NDArray[np.int_]) -> list[Indices]:
 
 
 def _joined(left: Indices, right: Indices, a: int, b: int) -> Indices:
-    """One ring from two that share the edge a-b of `left` (b-a of `right`)."""
+    """Return one ring from two that share an edge, a to b in `left` and b to a in `right`."""
     at_b, at_a = left.index(b), right.index(a)
     around_left = left[at_b:] + left[:at_b]  # b … a
     around_right = right[at_a:] + right[:at_a]  # a … b
@@ -153,6 +167,7 @@ def _joined(left: Indices, right: Indices, a: int, b: int) -> Indices:
 
 
 def _is_convex(points: Array, ring: Indices) -> bool:
+    """Return whether no corner turns right; straight corners are allowed."""
     corner = points[list(ring)]
     edge = np.roll(corner, -1, axis=0) - corner
     after = np.roll(edge, -1, axis=0)
@@ -162,12 +177,13 @@ def _is_convex(points: Array, ring: Indices) -> bool:
 
 
 def _ring_edges(start: int, end: int) -> Iterator[tuple[int, int]]:
-    """Edges of the ring of vertices start, …, end - 1."""
+    """Yield the edges of the ring with vertices start, …, end - 1."""
     for i in range(start, end):
         yield i, i + 1 if i + 1 < end else start
 
 
 def _next(ring: Indices) -> Indices:
+    """Return the vertex after each vertex of a ring."""
     return ring[1:] + ring[:1]
 
 
@@ -176,7 +192,7 @@ def _cross(a: Array, b: Array) -> float:
 
 
 def _distinct(ring: Array, field: str) -> Array:
-    """The ring without repeated neighbours."""
+    """Return the ring without repeated neighbouring points."""
     if len(ring):
         ring = ring[np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1) > SAME_POINT]
     if len(np.unique(ring, axis=0)) < 3:
@@ -185,9 +201,9 @@ def _distinct(ring: Array, field: str) -> Array:
 
 
 def _plane(ring: Array, field: str) -> Plane:
-    """The plane of a ring (v, 3)."""
+    """Return the plane of a ring (v, 3)."""
     origins, normals, areas = ring_planes(ring[None])
     if areas[0] < MIN_AREA:
         reason = f"has no area ({areas[0]:.3g} m^2): its points lie on a line or its loops cancel"
         raise InvalidInput(field, ring.tolist(), reason)
-    return plane_of(origins[0], normals[0])
+    return plane_from_normal(origins[0], normals[0])

@@ -1,61 +1,44 @@
-"""The scene: contact surfaces and obstacles, held as arrays for queries on many points at once."""
+"""The scene: contact surfaces and obstacles, with arrays and coal meshes made from them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
 from functools import cached_property
 
 import coal
 import numpy as np
-from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
+from rbprm_core.arrays import Array, IntArray
 from rbprm_core.errors import InvalidInput
+from rbprm_core.scene.pieces import Pieces, pieces_of_kinds
 from rbprm_core.scene.surface import Surface
+from rbprm_core.scene.triangles import (
+    component_labels,
+    fan_triangles,
+    mesh_shape,
+    solid_angles,
+    spatial_parts,
+)
 from rbprm_core.surface_kind import SurfaceKind
 
-Array = NDArray[np.float64]
-
-MIN_TOGETHER = 8  # triangles; fewer in a shape prune no better
-MAX_SHAPES = 16  # so many boxes are compared faster than pairs of bodies are set up for more
-
-
-@dataclass(frozen=True, eq=False)
-class Pieces:
-    """Convex pieces of surfaces as arrays; p pieces, e edges at most.
-
-    Attributes:
-        surface: (p,) index of the surface of each piece.
-        friction: (p,) coefficients.
-        normals: (p, 3) outward. offsets: (p,) with n . x = offset on the plane.
-        edge_normals: (p, e, 3) inward, in the plane; edge_offsets: (p, e): inside where
-            edge_normal . x >= offset. Missing edges are zero with offset minus infinity.
-        outer: (p, e) True where the edge lies on the surface's boundary.
-        low, high: (p, 3) bounding boxes.
-    """
-
-    surface: NDArray[np.int_]
-    friction: Array
-    normals: Array
-    offsets: Array
-    edge_normals: Array
-    edge_offsets: Array
-    outer: NDArray[np.bool_]
-    low: Array
-    high: Array
+MIN_SHAPE_TRIANGLES = 8  # smaller coal meshes do not speed up collision queries
+MAX_SHAPES = 16  # comparing more bounding boxes takes longer than it saves
+ENCLOSED = 0.75  # winding number from which on a point is inside; an open part gives at most 0.5
 
 
 class Scene:
-    """Contact surfaces and obstacles; never changed, an edit makes a new one.
+    """Contact surfaces and obstacles in the planning frame; an edit makes a new scene.
 
     Args:
-        surfaces: with unique ids.
-        obstacles: (n, 3, 3) triangles of obstacles that are no contact surfaces.
+        surfaces: contact surfaces with unique ids.
+        obstacles: (n, 3, 3) triangles of obstacles that are not contact surfaces, metres.
+
+    Attributes:
+        surfaces: all contact surfaces.
+        index: index in `surfaces` of each surface, by its id.
 
     Raises:
-        InvalidInput: two surfaces of the same id, or nothing at all.
+        InvalidInput: two surfaces have the same id, or there are neither surfaces nor obstacles.
     """
 
     def __init__(self, surfaces: Iterable[Surface], obstacles: Array | None = None) -> None:
@@ -66,21 +49,25 @@ class Scene:
         self._meshes: dict[tuple[SurfaceKind, ...], coal.BVHModelOBBRSS | None] = {}
         if len(self.index) != len(self.surfaces):
             ids = [surface.id for surface in self.surfaces]
-            twice = next(i for i in ids if ids.count(i) > 1)
-            raise InvalidInput("surfaces", twice, "two surfaces have this id")
+            duplicate = next(i for i in ids if ids.count(i) > 1)
+            raise InvalidInput("surfaces", duplicate, "two surfaces have this id")
         if not self.surfaces and not len(self._obstacles):
             raise InvalidInput("environment", "empty", "has neither surfaces nor meshes")
 
     @property
     def obstacles(self) -> Array:
-        """Triangles (n, 3, 3) of obstacles that are no contact surfaces."""
+        """Triangles (n, 3, 3) of obstacles that are not contact surfaces, metres."""
         return self._obstacles
 
     def edited(self, changed: Iterable[Surface] = (), removed: Iterable[str] = ()) -> Scene:
-        """The scene with surfaces added (new id), modified (known id) or removed.
+        """Return the scene with some surfaces added, replaced or removed.
+
+        Args:
+            changed: surfaces to add, or to put in the place of those with the same id.
+            removed: ids of surfaces to remove.
 
         Raises:
-            InvalidInput: a removed id that is not there.
+            InvalidInput: no surface has an id that is to be removed, or the scene gets empty.
         """
         kept = {surface.id: surface for surface in self.surfaces}
         for identity in removed:
@@ -91,7 +78,7 @@ class Scene:
 
     @cached_property
     def boxes(self) -> tuple[Array, Array]:
-        """Low and high corners (s, 3) of the surfaces' bounding boxes."""
+        """Lowest and highest corners (s, 3) of the bounding boxes of the surfaces, metres."""
         outlines = [surface.polygon.boundary for surface in self.surfaces]
         if not outlines:
             return np.zeros((0, 3)), np.zeros((0, 3))
@@ -101,157 +88,55 @@ class Scene:
 
     @cached_property
     def triangles(self) -> Array:
-        """Triangles (n, 3, 3) of everything that can be hit: obstacles and surfaces."""
-        return np.concatenate(
-            [self._obstacles, fans([p for s in self.surfaces for p in s.polygon.pieces])]
-        )
+        """Triangles (n, 3, 3) of all obstacles and surfaces, metres."""
+        pieces = [piece for surface in self.surfaces for piece in surface.polygon.pieces]
+        return np.concatenate([self._obstacles, fan_triangles(pieces)])
 
     @cached_property
     def shape(self) -> coal.BVHModelOBBRSS:
-        """Everything that can be hit, as one coal mesh."""
+        """All obstacles and surfaces as one coal mesh."""
         return mesh_shape(self.triangles)
 
     @cached_property
     def shapes(self) -> tuple[coal.BVHModelOBBRSS, ...]:
-        """Everything that can be hit, as coal meshes of triangles that are near to each other."""
-        most = max(MIN_TOGETHER, -(-len(self.triangles) // MAX_SHAPES))
-        return tuple(mesh_shape(part) for part in _split(self.triangles, most))
+        """All obstacles and surfaces as several coal meshes, each of neighbouring triangles."""
+        count = max(MIN_SHAPE_TRIANGLES, -(-len(self.triangles) // MAX_SHAPES))
+        return tuple(mesh_shape(part) for part in spatial_parts(self.triangles, count))
 
     def surfaces_shape(self, kinds: tuple[SurfaceKind, ...]) -> coal.BVHModelOBBRSS | None:
-        """The surfaces of some kinds as one coal mesh; None where there is none."""
+        """Return the surfaces of some kinds as one coal mesh, None if there is no such surface.
+
+        Args:
+            kinds: kinds of surfaces to include.
+        """
         if kinds not in self._meshes:
             chosen = [p for s in self.surfaces if s.kind in kinds for p in s.polygon.pieces]
-            self._meshes[kinds] = mesh_shape(fans(chosen)) if chosen else None
+            self._meshes[kinds] = mesh_shape(fan_triangles(chosen)) if chosen else None
         return self._meshes[kinds]
 
     def pieces(self, kinds: tuple[SurfaceKind, ...]) -> Pieces:
-        """The convex pieces of the surfaces of some kinds."""
+        """Return the convex pieces of the surfaces of some kinds.
+
+        Args:
+            kinds: kinds of surfaces to include.
+        """
         kept = self._pieces.get(kinds)
         if kept is not None:
             return kept
-        chosen = [
-            (i, piece, outer)
-            for i, surface in enumerate(self.surfaces)
-            if surface.kind in kinds
-            for piece, outer in zip(
-                surface.polygon.pieces, surface.polygon.outer_edges, strict=True
-            )
-        ]
-        return self._pieces.setdefault(kinds, _stack(self.surfaces, chosen))
+        return self._pieces.setdefault(kinds, pieces_of_kinds(self.surfaces, kinds))
 
     def encloses(self, point: Array) -> bool:
-        """True where a point (3,) lies inside a closed part of the scene."""
-        solid = _solid_angles(self.triangles - point)
-        totals = np.bincount(self._components, weights=solid)
-        # A closed part around the point turns once: 1 where it faces outwards, -1 where it faces
-        # inwards, as the walls of a room do. An open one, such as the ground, at most half a turn.
-        return bool((totals > 0.75).any())
+        """Return whether a point lies inside a closed part of the scene.
+
+        Args:
+            point: (3,) point, metres, planning frame.
+        """
+        winding = np.bincount(self._components, weights=solid_angles(self.triangles - point))
+        # Around the point, a closed part has winding number 1 if it faces outwards and -1 if it
+        # faces inwards, as the walls of a room do. An open part such as the ground has at most 0.5.
+        return bool((winding > ENCLOSED).any())
 
     @cached_property
-    def _components(self) -> NDArray[np.int_]:
-        """(n,) label of the connected part that each triangle belongs to."""
-        corners = np.round(self.triangles.reshape(-1, 3) / 1e-6).astype(np.int64)
-        _, vertex = np.unique(corners, axis=0, return_inverse=True)
-        return _labels(vertex.reshape(-1, 3))
-
-
-def mesh_shape(triangles: Array) -> coal.BVHModelOBBRSS:
-    """Triangles (n, 3, 3) as a coal mesh."""
-    shape = coal.BVHModelOBBRSS()
-    shape.beginModel(len(triangles), 3 * len(triangles))
-    shape.addVertices(np.ascontiguousarray(triangles.reshape(-1, 3)))
-    shape.addTriangles(np.arange(3 * len(triangles), dtype=np.int64).reshape(-1, 3))
-    shape.endModel()
-    return shape
-
-
-def _split(triangles: Array, most: int) -> list[Array]:
-    """Triangles (n, 3, 3) halved by place until no part has more than `most`."""
-    if len(triangles) <= most:
-        return [triangles]
-    middles = triangles.mean(axis=1)
-    axis = int(np.argmax(np.ptp(middles, axis=0)))
-    order = np.argsort(middles[:, axis], kind="stable")
-    half = len(order) // 2
-    return [
-        *_split(triangles[order[:half]], most),
-        *_split(triangles[order[half:]], most),
-    ]
-
-
-def fans(pieces: Sequence[Array]) -> Array:
-    """Triangles (n, 3, 3) of convex polygons (m, 3), all at once: scenes have thousands of them."""
-    if not pieces:
-        return np.zeros((0, 3, 3))
-    counts, starts = _sizes(pieces)
-    each = counts - 2
-    first = np.repeat(starts, each)
-    second = first + 1 + np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each)
-    return np.asarray(np.concatenate(pieces)[np.column_stack([first, second, second + 1])])
-
-
-def _sizes(pieces: Sequence[Array]) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
-    """Number of corners (p,) of each piece, and where its first is among the corners of all."""
-    counts = np.array([len(piece) for piece in pieces])
-    return counts, np.cumsum(counts) - counts
-
-
-def _stack(
-    surfaces: tuple[Surface, ...], chosen: list[tuple[int, Array, NDArray[np.bool_]]]
-) -> Pieces:
-    surface = np.array([i for i, _, _ in chosen], dtype=int)
-    normals = np.array([surfaces[i].normal for i in surface]).reshape(-1, 3)
-    friction = np.array([surfaces[i].friction for i in surface])
-    if not chosen:
-        edges, none = np.zeros((0, 0)), np.zeros((0, 3))
-        return Pieces(
-            surface, friction, normals, friction, np.zeros((0, 0, 3)), edges, edges > 0, none, none
-        )
-    pieces = [piece for _, piece, _ in chosen]
-    counts, starts = _sizes(pieces)
-    corners = np.concatenate(pieces)
-    owner = np.repeat(np.arange(len(pieces)), counts)
-    after = np.arange(1, len(corners) + 1)
-    after[starts + counts - 1] = starts
-    inward = np.cross(normals[owner], corners[after] - corners)
-    inward /= np.linalg.norm(inward, axis=1)[:, None]
-    place = owner, np.arange(len(corners)) - starts[owner]
-    edge_normals = np.zeros((len(pieces), counts.max(), 3))
-    edge_offsets = np.full(edge_normals.shape[:2], -np.inf)
-    outer = np.zeros(edge_normals.shape[:2], dtype=bool)
-    edge_normals[place] = inward
-    edge_offsets[place] = (inward * corners).sum(axis=1)
-    outer[place] = np.concatenate([is_outer for _, _, is_outer in chosen])
-    return Pieces(
-        surface=surface,
-        friction=friction,
-        normals=normals,
-        offsets=np.einsum("ij,ij->i", normals, corners[starts]),
-        edge_normals=edge_normals,
-        edge_offsets=edge_offsets,
-        outer=outer,
-        low=np.minimum.reduceat(corners, starts),
-        high=np.maximum.reduceat(corners, starts),
-    )
-
-
-def _solid_angles(triangles: Array) -> Array:
-    """Share of a full turn (n,) that triangles (n, 3, 3) cover seen from the origin.
-
-    Van Oosterom and Strackee (1983): tan(omega / 2) from the corners' directions.
-    """
-    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
-    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
-    top = np.einsum("ij,ij->i", a, np.cross(b, c))
-    dots = [np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a))]
-    bottom = la * lb * lc + dots[0] * lc + dots[1] * la + dots[2] * lb
-    return np.asarray(np.arctan2(top, bottom) / (2 * np.pi))
-
-
-def _labels(faces: NDArray[np.int_]) -> NDArray[np.int_]:
-    """Component label (n,) of each face (n, 3): faces that share a vertex are connected."""
-    size = int(faces.max()) + 1 if len(faces) else 0
-    rows, columns = faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel()
-    graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(size, size))
-    _, labels = connected_components(graph, directed=False)
-    return np.asarray(labels[faces[:, 0]]) if len(faces) else np.zeros(0, dtype=int)
+    def _components(self) -> IntArray:
+        """Label (n,) of the connected component of each triangle."""
+        return component_labels(self.triangles)

@@ -1,19 +1,17 @@
-"""Which surface carries a contact: the whole of it, wherever that surface came from."""
+"""The supporting surface of a contact: the one that holds all of the contact's points."""
 
 from __future__ import annotations
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.scene.scene import Scene
 from rbprm_core.scene.surface import Surface
 
-Array = NDArray[np.float64]
-
-OFF = 2e-3  # metres off the plane or beyond the boundary; a plan is held to 3 mm by its check
-REACH = 6 * OFF  # metres from the boundary's box; an outline that grows by OFF has mitred corners
-TILT = float(np.deg2rad(2.0))  # between the normals; a plan is held to 3 degrees
+MAX_DISTANCE = 2e-3  # metres off the plane or beyond the boundary; the plan check allows 3 mm
+MAX_TILT = float(np.deg2rad(2.0))  # radians between the normals; the plan check allows 3 degrees
+BOX_MARGIN = 6 * MAX_DISTANCE  # metres; mitred corners of a grown outline reach farther out
 
 
 def supporting_surface(
@@ -21,32 +19,48 @@ def supporting_surface(
     points: Array,
     normal: Array,
     identity: str = "",
-    off: float = OFF,
-    tilt: float = TILT,
+    off: float = MAX_DISTANCE,
+    tilt: float = MAX_TILT,
 ) -> Surface | None:
-    """The surface that carries all points of a contact, None where there is none.
+    """Return the surface that supports all points of a contact, None if there is none.
 
-    A surface that was given another id or another outline still carries what lies on it.
+    It is found by geometry, so that a contact keeps its support where surfaces get another id or
+    another outline.
 
     Args:
-        points: (k, 3) of one contact, the corners of a patch in order, metres. normal: (3,) of it.
-        identity: of the surface that is asked first.
-        off: metres that each point may be off the plane. tilt: radians between the normals.
+        scene: surfaces to search.
+        points: (k, 3) contact points, a patch's corners in order, metres, planning frame.
+        normal: (3,) unit normal of the contact, planning frame.
+        identity: id of the surface that is tried first.
+        off: greatest distance of a point from the plane of the surface, metres.
+        tilt: greatest angle between the normals of contact and surface, radians.
     """
     index = scene.index.get(identity)
-    if index is not None and carries(scene.surfaces[index], points, normal, off, tilt):
+    if index is not None and supports(scene.surfaces[index], points, normal, off, tilt):
         return scene.surfaces[index]
-    low, high = scene.boxes  # the cheapest first: most surfaces are elsewhere
-    margin = REACH + off
+    low, high = scene.boxes  # cheap test first: most surfaces are far from the contact
+    margin = BOX_MARGIN + off
     near = (low <= points.min(axis=0) + margin) & (high >= points.max(axis=0) - margin)
     around = (scene.surfaces[i] for i in np.flatnonzero(near.all(axis=1)))
-    return next((s for s in around if carries(s, points, normal, off, tilt)), None)
+    return next((s for s in around if supports(s, points, normal, off, tilt)), None)
 
 
-def carries(
-    surface: Surface, points: Array, normal: Array, off: float = OFF, tilt: float = TILT
+def supports(
+    surface: Surface,
+    points: Array,
+    normal: Array,
+    off: float = MAX_DISTANCE,
+    tilt: float = MAX_TILT,
 ) -> bool:
-    """True where a surface carries all points (k, 3) of a contact with a normal (3,)."""
+    """Return whether a surface supports all points of a contact.
+
+    Args:
+        surface: surface to test.
+        points: (k, 3) contact points, a patch's corners in order, metres, planning frame.
+        normal: (3,) unit normal of the contact, planning frame.
+        off: greatest distance of a point from the plane of the surface, metres.
+        tilt: greatest angle between the normals of contact and surface, radians.
+    """
     plane = surface.polygon.plane
     if normal @ plane.normal < np.cos(tilt):
         return False
@@ -56,7 +70,7 @@ def carries(
 
 
 def _covers(surface: Surface, points: Array) -> bool:
-    """True where points, and the patch between them, lie within a surface's outline."""
+    """Return whether points (k, 3), and the patch between them, lie within a surface's outline."""
     flat = surface.polygon.plane.flatten(points)
     shape = shapely.Polygon(flat) if len(flat) > 2 else shapely.Point(flat[0])
-    return bool(surface.polygon.shrunk(-OFF).covers(shape))
+    return bool(surface.polygon.shrunk(-MAX_DISTANCE).covers(shape))

@@ -5,26 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import Field
 
+from rbprm_core.arrays import Array
 from rbprm_core.errors import InvalidInput
 from rbprm_core.scene.polygon import Polygon, make_polygon
 from rbprm_core.surface_kind import SurfaceKind
 from rbprm_core.validation import MAX_FRICTION, finite_number
 
-Array = NDArray[np.float64]
 NotNegative = Annotated[float, Field(ge=0)]
 
 
 @dataclass(frozen=True)
 class Classification:
-    """How a normal n decides what a surface is good for; z is up.
+    r"""Rules that assign a kind to a surface from its normal $n$ and its area; $z$ is up.
 
     Attributes:
-        support: Support where ||z - n||^2 is less than this.
-        lean: Lean where |n . z| is less than this.
+        support: a surface is of kind Support where $\lVert z - n \rVert^2$ is less than this.
+        lean: a surface that is not Support is of kind Lean where $|n \cdot z|$ is less than this.
         min_area: smaller surfaces are obstacles only, square metres.
     """
 
@@ -33,10 +32,15 @@ class Classification:
     min_area: NotNegative = 0.002
 
     def kind(self, normal: Array, area: float) -> SurfaceKind:
-        """Kind of a surface with a unit normal (3,) and an area."""
+        """Return the kind of a surface.
+
+        Args:
+            normal: (3,) outward unit normal, planning frame.
+            area: area, square metres.
+        """
         if area < self.min_area:
             return SurfaceKind.OTHER
-        if 2 - 2 * normal[2] < self.support:  # ||z - n||^2 of two unit vectors
+        if 2 - 2 * normal[2] < self.support:  # ||z - n||^2 for unit vectors
             return SurfaceKind.SUPPORT
         if abs(normal[2]) < self.lean:
             return SurfaceKind.LEAN
@@ -45,7 +49,14 @@ class Classification:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A contact surface; everything in the planning frame."""
+    """A contact surface.
+
+    Attributes:
+        id: unique name in a scene.
+        polygon: outline, metres, planning frame.
+        friction: coefficient of Coulomb friction.
+        kind: what the surface may be used for.
+    """
 
     id: str
     polygon: Polygon
@@ -54,7 +65,7 @@ class Surface:
 
     @property
     def normal(self) -> Array:
-        """Outward unit normal (3,)."""
+        """Outward unit normal (3,), planning frame."""
         return self.polygon.plane.normal
 
 
@@ -66,15 +77,19 @@ def make_surface(
     classification: Classification = Classification(),
     field: str = "surface",
 ) -> Surface:
-    """A surface from a polygon given directly.
+    """Return a surface with a given polygon, and with its kind from the classification.
 
     Args:
-        identity: unique id. vertices: (v, 3), counter-clockwise seen from outside, metres.
-        friction: coefficient of Coulomb friction, 0 to `MAX_FRICTION`. holes: each (h, 3).
+        identity: id of the surface, unique in a scene.
+        vertices: (v, 3) boundary, counter-clockwise seen from outside, metres, planning frame.
+        friction: coefficient of Coulomb friction, 0 to `MAX_FRICTION`.
+        holes: vertices of each hole, (h, 3), metres, planning frame.
+        classification: rules that assign the kind.
         field: name of the surface in errors.
 
     Raises:
-        InvalidInput: see `make_polygon`; friction that is none; empty id.
+        InvalidInput: the polygon is not valid (see `make_polygon`), the friction is not a number in
+            its range, or the id is empty.
     """
     if not identity:
         raise InvalidInput(f"{field}.id", identity, "must not be empty")

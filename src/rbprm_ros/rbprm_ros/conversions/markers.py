@@ -15,7 +15,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from rbprm_core.plan_record import ContactPlan
 from rbprm_core.resources import find_resource
-from rbprm_core.scene.scene import fans
+from rbprm_core.scene.triangles import fan_triangles
 from rbprm_core.view.palette import BAD, BODY, GROUND, GUIDE, INK, limb_colors
 from rbprm_core.view.scene import Footprint, configurations, footprints
 from rbprm_ros.conversions.meshes import areas
@@ -55,7 +55,7 @@ def markers_message(
 
 
 def _environment(header: Header, snapshot: Snapshot) -> list[Marker]:
-    surfaces = fans([piece for s in snapshot.surfaces for piece in s.polygon.pieces])
+    surfaces = fan_triangles([piece for s in snapshot.surfaces for piece in s.polygon.pieces])
     obstacles = [obstacle.triangles for obstacle in snapshot.obstacles]
     triangles = np.concatenate([np.zeros((0, 3, 3)), *obstacles])
     rest = max(MAX_TRIANGLES - len(surfaces), 0)
@@ -104,7 +104,7 @@ def _feet(header: Header, feet: Sequence[Footprint], colors: dict[str, ColorRGBA
         rings = [foot.corners + LIFT * foot.normal for foot in patches]
         # a polygon of n corners is n - 2 triangles
         tints = [colors[f.limb] for f in patches for _ in range(3 * (len(f.corners) - 2))]
-        marker = _triangles(header, "patches", fans(rings), _color(INK))
+        marker = _triangles(header, "patches", fan_triangles(rings), _color(INK))
         marker.colors = tints
         markers.append(marker)
     return markers

@@ -17,7 +17,7 @@ from rbprm_core.robot.bodies import convex
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.volumes import TrunkPiece
 from rbprm_core.scene import Scene
-from rbprm_core.scene.scene import mesh_shape
+from rbprm_core.scene.triangles import mesh_shape
 
 Array = NDArray[np.float64]
 WIDE = RootBounds(np.full(3, -10.0), np.full(3, 10.0), np.full(3, 4.0))
