@@ -38,7 +38,7 @@ from rbprm_core.scenario import Scenario, load_scenario
 from rbprm_core.view.page import write_page
 from rbprm_core.view.picture import write_picture
 from rbprm_ros.conversions import plan_of_messages, request_message
-from rbprm_ros.qos import LATCHED
+from rbprm_ros.rclpy_utils.qos import LATCHED
 
 NODE = "/rbprm_planner"
 START_TIMEOUT = 30.0  # seconds until the node and the surfaces are there

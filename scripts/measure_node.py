@@ -47,8 +47,8 @@ from rbprm_core.environment import polygon_entry
 from rbprm_core.scenario import Scenario, load_scenario
 from rbprm_core.scene import Scene
 from rbprm_ros.conversions import plan_of_messages, request_message
-from rbprm_ros.perception import Perception
-from rbprm_ros.qos import CALLS
+from rbprm_ros.demo.perception import Perception
+from rbprm_ros.rclpy_utils.qos import CALLS
 
 ENDLESS = ("guide.rrt.iterations:=100000000",)  # only the time limit ends a search
 

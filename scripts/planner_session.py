@@ -26,8 +26,8 @@ from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 
 from rbprm_ros.client import PlanCall, PlannerClient, PlannerTimeout
-from rbprm_ros.qos import LATCHED_STREAM, STREAM
-from rbprm_ros.spinning import Spinner, init
+from rbprm_ros.rclpy_utils.qos import LATCHED_STREAM, STREAM
+from rbprm_ros.rclpy_utils.spinning import Spinner, init
 
 EXECUTABLE = Path(get_package_prefix("rbprm_ros")) / "lib" / "rbprm_ros" / "planner_node"
 TIMEOUT = 60.0  # seconds; what takes longer is a failure

@@ -10,7 +10,7 @@ import sys
 import textwrap
 from pathlib import Path
 
-from rbprm_ros.parameters import MAX_FLOAT, MAX_INTEGER, Option, parameter_options
+from rbprm_ros.node.parameters import MAX_FLOAT, MAX_INTEGER, Option, parameter_options
 
 FOLDER = Path(__file__).resolve().parents[1] / "src" / "rbprm_ros" / "config"
 WIDTH = 96

@@ -33,7 +33,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from rbprm_ros.qos import CALLS, LATCHED, LATCHED_STREAM
+from rbprm_ros.rclpy_utils.qos import CALLS, LATCHED, LATCHED_STREAM
 
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"  # of our clients and of what they start
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import sys
 
-from rbprm_ros.signals import stop_event
+from rbprm_ros.rclpy_utils.signals import stop_event
 
 
 def planner_node() -> None:
     """The planner's node."""
     stop = stop_event()
-    from rbprm_ros.planner_node import run
+    from rbprm_ros.node.planner_node import run
 
     sys.exit(run(stop))
 
@@ -22,7 +22,7 @@ def planner_node() -> None:
 def publish_surfaces() -> None:
     """The stand-in for perception."""
     stop = stop_event()
-    from rbprm_ros.publish_surfaces import run
+    from rbprm_ros.demo.publish_surfaces import run
 
     sys.exit(run(stop, sys.argv))
 
@@ -30,7 +30,7 @@ def publish_surfaces() -> None:
 def record_bag() -> None:
     """The recorder of bags."""
     stop = stop_event()
-    from rbprm_ros.record_bag import run
+    from rbprm_ros.bags.record import run
 
     sys.exit(run(stop, sys.argv))
 
@@ -38,7 +38,7 @@ def record_bag() -> None:
 def play_bag() -> None:
     """The player of bags."""
     stop = stop_event()
-    from rbprm_ros.play_bag import run
+    from rbprm_ros.bags.play import run
 
     sys.exit(run(stop, sys.argv))
 
@@ -46,7 +46,7 @@ def play_bag() -> None:
 def check_health() -> None:
     """The health check of containers."""
     stop = stop_event()
-    from rbprm_ros.check_health import run
+    from rbprm_ros.client.check_health import run
 
     sys.exit(run(stop))
 
@@ -54,6 +54,6 @@ def check_health() -> None:
 def executive() -> None:
     """The mission executive."""
     stop = stop_event()
-    from rbprm_ros.executive import run
+    from rbprm_ros.client.executive import run
 
     sys.exit(run(stop))

@@ -25,8 +25,8 @@ from rbprm_ros.conversions.meshes import (
     points_array,
     require_triangles,
 )
-from rbprm_ros.environment import MeshUpdate, SurfaceUpdate
-from rbprm_ros.parameters import Settings
+from rbprm_ros.environment.store import MeshUpdate, SurfaceUpdate
+from rbprm_ros.settings import Settings
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from shape_msgs.msg import Mesh, MeshTriangle
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.validation import MAX_COORDINATE
-from rbprm_ros.parameters import Settings
+from rbprm_ros.settings import Settings
 
 Array = NDArray[np.float64]
 

@@ -31,10 +31,10 @@ from rbprm_ros.conversions.geometry import (
     vector_message,
 )
 from rbprm_ros.conversions.plans import read_gravity, read_grip_force, read_state
-from rbprm_ros.environment import Environment, Snapshot
-from rbprm_ros.jobs import Job, RobotChoice
-from rbprm_ros.parameters import Settings
-from rbprm_ros.published import Published
+from rbprm_ros.environment.store import Environment, Snapshot
+from rbprm_ros.planning.published import Published
+from rbprm_ros.settings import Settings
+from rbprm_ros.workers.jobs import Job, RobotChoice
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from std_msgs.msg import Header
 from rbprm_core.replanning import InvalidState
 from rbprm_ros.conversions.geometry import time_message
 from rbprm_ros.conversions.results import result_message
-from rbprm_ros.published import Published, Standing
+from rbprm_ros.planning.published import Published, Standing
 
 
 def status_message(

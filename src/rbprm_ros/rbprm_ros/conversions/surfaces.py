@@ -23,8 +23,8 @@ from rbprm_ros.conversions.geometry import (
     vector_message,
 )
 from rbprm_ros.conversions.meshes import mesh_message, require_triangles, triangles_of_mesh
-from rbprm_ros.environment import Obstacle, Snapshot, SurfaceUpdate
-from rbprm_ros.parameters import Settings
+from rbprm_ros.environment.store import Obstacle, Snapshot, SurfaceUpdate
+from rbprm_ros.settings import Settings
 
 
 def update_of_message(message: SurfaceArray, settings: Settings) -> SurfaceUpdate:

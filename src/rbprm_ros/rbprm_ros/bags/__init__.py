@@ -1,0 +1,1 @@
+"""Bags of the planner's topics: writing, reading, recording and playing."""

@@ -1,0 +1,1 @@
+"""A stand-in for perception, which publishes the surfaces of a scenario."""

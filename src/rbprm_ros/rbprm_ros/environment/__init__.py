@@ -1,0 +1,1 @@
+"""The planner's environment: surfaces and obstacles, and their updates."""

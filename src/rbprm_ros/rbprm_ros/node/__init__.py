@@ -1,0 +1,1 @@
+"""The planner's ROS node: services, action, publishers and parameters."""

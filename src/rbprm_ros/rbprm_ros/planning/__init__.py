@@ -1,0 +1,1 @@
+"""Serving plans, monitoring the published sequence, and the planner's status."""

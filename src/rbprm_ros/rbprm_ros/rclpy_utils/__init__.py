@@ -1,0 +1,1 @@
+"""Helpers around rclpy: awaiting, spinning, signals, subscriptions, quality of service."""

@@ -1,0 +1,1 @@
+"""Planning work in processes of its own."""

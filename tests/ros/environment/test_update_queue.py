@@ -1,0 +1,131 @@
+"""Updates come in one after the other, also where a large mesh among them is searched for long."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from rclpy.executors import SingleThreadedExecutor
+
+from rbprm_core.errors import Cancelled, InvalidInput
+from rbprm_core.plan_record import SurfaceEntry
+from rbprm_ros.environment.store import Environment, MeshUpdate, SurfaceUpdate
+from rbprm_ros.environment.update_queue import SMALL, Intake
+from rbprm_ros.settings import Settings
+
+if TYPE_CHECKING:
+    from conftest import Site
+
+SQUARE = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0))
+
+
+class Given:
+    """An intake, the executor that it works in, and the versions that it told of."""
+
+    def __init__(self, executor: SingleThreadedExecutor) -> None:
+        self.environment, self.executor = Environment(), executor
+        self.told: list[int] = []
+        self.intake = Intake(self.environment, Settings, lambda: executor, self._tell)
+
+    @property
+    def ids(self) -> set[str]:
+        return {surface.id for surface in self.environment.snapshot.surfaces}
+
+    def spin_until(self, done: Callable[[], bool]) -> None:
+        for _ in range(1000):
+            if done():
+                return
+            self.executor.spin_once(0.02)
+        pytest.fail("not done within 20 s")
+
+    def _tell(self) -> None:
+        self.told.append(self.environment.version)
+
+
+@pytest.fixture
+def given(site: Site) -> Iterator[Given]:
+    executor = SingleThreadedExecutor(context=site.context)
+    yield Given(executor)
+    executor.shutdown()
+
+
+def surface(name: str) -> SurfaceUpdate:
+    return SurfaceUpdate((SurfaceEntry(id=name, vertices=SQUARE),), is_diff=True)
+
+
+def terrain(name: str, cells: int) -> SurfaceUpdate:
+    """Rough ground of two triangles a cell, nearly all of them facets of their own."""
+    z = np.random.default_rng(0).uniform(0, 0.02, (cells + 1, cells + 1))
+    x, y = np.meshgrid(np.arange(cells + 1) * 0.2, np.arange(cells + 1) * 0.2, indexing="ij")
+    grid = np.stack([x, y, z], axis=2)
+    a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
+    corners: list[NDArray[np.float64]] = [np.stack(t, axis=2) for t in ([a, b, c], [a, c, d])]
+    triangles = np.concatenate([part.reshape(-1, 3, 3) for part in corners])
+    return SurfaceUpdate(is_diff=True, meshes=(MeshUpdate(name, triangles, 0.5),))
+
+
+def test_what_is_small_is_there_at_once(given: Given) -> None:
+    small = terrain("small", 5)
+    assert len(small.meshes[0].triangles) <= SMALL
+    assert given.intake.take(small).done()
+    assert given.intake.take(surface("after")).done()
+    assert "after" in given.ids
+    assert len(given.ids) > 40
+    assert given.told == [1, 2]
+
+
+def test_a_large_mesh_holds_up_what_comes_after_it_and_nothing_else(given: Given) -> None:
+    large, after = given.intake.take(terrain("large", 30)), given.intake.take(surface("after"))
+    ticks = []
+    timed = given.executor.create_task(lambda: ticks.append(given.environment.version))
+    given.spin_until(timed.done)
+    assert ticks == [0]  # other callbacks are served meanwhile
+    assert not large.done()
+    settled = given.executor.create_task(given.intake.settled())
+    given.spin_until(settled.done)
+    assert large.done()
+    assert after.done()
+    assert len(given.ids) > 1600
+    assert given.told == [1, 2]
+    assert given.intake.take(terrain("large", 30)).done()  # it is known
+    assert given.told == [1, 2]
+
+
+def test_one_that_is_refused_lets_the_next_pass(given: Given) -> None:
+    unknown = SurfaceUpdate(is_diff=True, removed=("nothing",), meshes=terrain("l", 10).meshes)
+    refused, after = given.intake.take(unknown), given.intake.take(surface("after"))
+    given.spin_until(after.done)
+    assert isinstance(refused.exception(), InvalidInput)
+    assert given.ids == {"after"}
+
+
+def test_what_was_waiting_when_all_was_forgotten_does_not_come_back(given: Given) -> None:
+    large, after = given.intake.take(terrain("large", 20)), given.intake.take(surface("after"))
+    given.intake.clear()
+    for pending in (large, after):
+        assert isinstance(pending.exception(), Cancelled)
+    assert given.intake.take(surface("new")).done()
+    for _ in range(50):  # until the search is over
+        given.executor.spin_once(0.02)
+    assert given.ids == {"new"}
+
+
+def test_a_fault_is_told_and_lets_the_next_pass(
+    given: Given, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Who waits for an update hears of what nobody foresaw, in a large mesh and in a small one."""
+
+    def fail(*_: object) -> None:
+        raise MemoryError("no room")
+
+    for module in ("update_queue", "store"):
+        monkeypatch.setattr(f"rbprm_ros.environment.{module}.search", fail)
+    for cells in (10, 5):
+        failed, after = given.intake.take(terrain("mesh", cells)), given.intake.take(surface("s"))
+        settled = given.executor.create_task(given.intake.settled())
+        given.spin_until(settled.done)
+        assert isinstance(failed.exception(), MemoryError)
+        assert after.done()

@@ -1,0 +1,267 @@
+"""The planning process as the node sees it, without ROS."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+import weakref
+from collections.abc import Iterator
+from concurrent.futures import CancelledError, Future
+from concurrent.futures import TimeoutError as NotYet
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rbprm_core.errors import Cancelled, ErrorCode
+from rbprm_core.guide.guide_options import GuideOptions
+from rbprm_core.guide.root_space import RootBounds
+from rbprm_core.placement import Placement
+from rbprm_core.plan_record import ContactPlan, SurfaceEntry
+from rbprm_core.request import PlannerOptions, PlanRequest
+from rbprm_ros.environment.store import Environment, Snapshot, SurfaceUpdate
+from rbprm_ros.failure import PlanningFailed
+from rbprm_ros.settings import Settings
+from rbprm_ros.workers import worker as worker_module
+from rbprm_ros.workers.jobs import Job, Reported, RobotChoice
+from rbprm_ros.workers.worker import PlanningWorker, WorkerLost
+
+LIMBS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
+TIMEOUT = 60.0
+
+
+def ignore(_: Reported) -> None:
+    """Not interested."""
+
+
+def strip(identity: str, low: float, high: float) -> SurfaceEntry:
+    """Ground between two values of x."""
+    corners = ((low, -3.0, 0.0), (high, -3.0, 0.0), (high, 3.0, 0.0), (low, 3.0, 0.0))
+    return SurfaceEntry(id=identity, vertices=corners)
+
+
+def snapshot(*entries: SurfaceEntry) -> Snapshot:
+    """Surfaces as the node holds them."""
+    return Environment().update(SurfaceUpdate(entries), Settings())
+
+
+def job(identity: str, surfaces: Snapshot, goal: float) -> Job:
+    """HyQ from x = 0 to a goal."""
+    request = PlanRequest(
+        start=Placement.parse((0, 0, 0.6)),
+        goal=Placement.parse((goal, 0, 0.6)),
+        bounds=RootBounds(np.array([-2, -2, 0]), np.array([9, 2, 2]), np.full(3, 0.3)),
+        required_limbs=LIMBS,
+        start_limbs=LIMBS,
+        robustness_threshold=10.0,
+    )
+    return Job(identity, RobotChoice("hyq"), request, TIMEOUT, surfaces)
+
+
+@pytest.fixture(scope="module")
+def worker() -> Iterator[PlanningWorker]:
+    made = PlanningWorker(RobotChoice("hyq"), ignore)
+    made.prepare().result(TIMEOUT)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def walk() -> Job:
+    return job("walk", snapshot(strip("ground", -2, 9)), 1.0)
+
+
+@pytest.fixture
+def search() -> Job:
+    """A job that finds nothing and does not end."""
+    return job("search", snapshot(strip("here", -2, 1), strip("there", 4, 9)), 6.0)
+
+
+class Started:
+    """A report that can be waited for."""
+
+    def __init__(self) -> None:
+        self.stages: list[str] = []
+
+    def __call__(self, reported: Reported) -> None:
+        self.stages.append(reported.progress.stage)
+
+    def wait(self, stage: str) -> None:
+        end = time.monotonic() + TIMEOUT
+        while stage not in self.stages:
+            assert time.monotonic() < end
+            time.sleep(0.002)
+
+
+def planned(future: Future[ContactPlan | None]) -> ContactPlan:
+    plan = future.result(TIMEOUT)
+    assert plan is not None
+    return plan
+
+
+def test_plan_holds_the_surfaces_as_they_were_received(worker: PlanningWorker, walk: Job) -> None:
+    report = Started()
+    plan = planned(worker.submit(walk, report))
+    assert walk.snapshot is not None
+    assert plan.environment == walk.snapshot.entry
+    assert plan.states
+    assert report.stages[0] == "start"
+    assert report.stages[-1] == "sequence"
+
+
+def test_new_surfaces_reach_a_process_that_held_others(worker: PlanningWorker, walk: Job) -> None:
+    planned(worker.submit(walk, ignore))
+    edited = snapshot(strip("other", -2, 9))
+    assert walk.snapshot is not None
+    edited = replace(edited, version=walk.snapshot.version + 1)
+    plan = planned(worker.submit(replace(walk, snapshot=edited), ignore))
+    assert {contact.surface for state in plan.states for contact in state.contacts} == {"other"}
+    again = planned(worker.submit(replace(walk, snapshot=edited), ignore))
+    assert again.states == plan.states
+
+
+def test_cancel_of_a_running_job_takes_less_than_100_ms(
+    worker: PlanningWorker, search: Job
+) -> None:
+    search = replace(search, snapshot=replace(search.snapshot, version=100))  # type: ignore[type-var]
+    report = Started()
+    future = worker.submit(search, report)
+    report.wait("guide")
+    started = time.monotonic()
+    worker.cancel(future)
+    with pytest.raises(PlanningFailed) as caught:
+        future.result(TIMEOUT)
+    assert time.monotonic() - started < 0.1
+    assert caught.value.failure.code is ErrorCode.CANCELLED
+
+
+def test_cancel_of_a_waiting_job(worker: PlanningWorker, search: Job, walk: Job) -> None:
+    report = Started()
+    running = worker.submit(replace(search, snapshot=replace(search.snapshot, version=101)), report)  # type: ignore[type-var]
+    waiting = worker.submit(walk, ignore)
+    worker.cancel(waiting)
+    with pytest.raises(CancelledError):
+        waiting.result(1.0)
+    with pytest.raises((NotYet, TimeoutError)):
+        running.result(0.1)
+    worker.cancel(running)
+    with pytest.raises(PlanningFailed):
+        running.result(TIMEOUT)
+
+
+def test_close_ends_all_work(search: Job, walk: Job) -> None:
+    worker = PlanningWorker(RobotChoice("hyq"), ignore)
+    report = Started()
+    running, waiting = worker.submit(search, report), worker.submit(walk, ignore)
+    report.wait("guide")
+    worker.close()
+    for future in (running, waiting):
+        assert isinstance(future.exception(0), Cancelled)
+
+
+def test_robot_that_cannot_be_loaded_is_told(worker: PlanningWorker, walk: Job) -> None:
+    with pytest.raises(PlanningFailed) as caught:
+        worker.submit(replace(walk, robot=RobotChoice("spot")), ignore).result(TIMEOUT)
+    assert (caught.value.failure.code, caught.value.failure.field) == (2, "robot")
+
+
+def test_report_that_fails_is_told_and_the_next_job_is_done(search: Job, walk: Job) -> None:
+    """Neither waits for the other's answer."""
+    worker = PlanningWorker(RobotChoice("hyq"), ignore)
+
+    def fail(_: Reported) -> None:
+        raise ZeroDivisionError("told too much")
+
+    try:
+        with pytest.raises(ZeroDivisionError):
+            worker.submit(search, fail).result(TIMEOUT)
+        assert planned(worker.submit(walk, ignore)).states
+        assert worker.restarts == 1
+    finally:
+        worker.close()
+
+
+def test_process_that_hangs_is_replaced(
+    search: Job, walk: Job, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    worker = PlanningWorker(RobotChoice("hyq"), ignore)
+    report = Started()
+    try:
+        future = worker.submit(search, report)
+        report.wait("guide")
+        monkeypatch.setattr(worker_module, "SILENCE", 0.5)  # of the next message on
+        os.kill(process_of(worker), signal.SIGSTOP)
+        worker.cancel(future)  # to have the next message waited for
+        with pytest.raises(WorkerLost, match=r"silent for 0\.5 s"):
+            future.result(TIMEOUT)
+        monkeypatch.undo()
+        assert planned(worker.submit(walk, ignore)).states
+    finally:
+        worker.close()
+
+
+def test_process_that_takes_nothing_holds_nobody_up(walk: Job) -> None:
+    """More is sent to it than the pipe holds; cancelling and closing do not wait for it."""
+    worker = PlanningWorker(RobotChoice("hyq"), ignore)
+    worker.prepare().result(TIMEOUT)
+    os.kill(process_of(worker), signal.SIGSTOP)
+    many = snapshot(*(strip(f"strip_{k}", k, k + 1) for k in range(5000)))
+    future = worker.submit(replace(walk, snapshot=many), ignore)
+    time.sleep(0.5)  # until it is being sent
+    assert not future.done()
+    started = time.monotonic()
+    worker.cancel(future)
+    assert time.monotonic() - started < 0.1
+    worker.close()
+    assert time.monotonic() - started < 5.0
+    assert isinstance(future.exception(0), Cancelled)
+
+
+def process_of(worker: PlanningWorker) -> int:
+    """Id of a worker's process."""
+    assert worker._process is not None
+    return worker._process.popen.pid
+
+
+def test_roadmaps_are_kept_where_a_job_asks_for_it(walk: Job) -> None:
+    """Round a wall: another seed's search then finds the way that is known already."""
+    worker = PlanningWorker(RobotChoice("hyq"), ignore)
+    options = PlannerOptions(guide=GuideOptions(planner="prm"), shortcuts=0, settle=False)
+    wall = ((1.5, -1.0, 0.0), (1.5, 1.0, 0.0), (1.5, 1.0, 2.0), (1.5, -1.0, 2.0))
+    scene = snapshot(strip("ground", -2, 9), SurfaceEntry(id="wall", vertices=wall))
+    request = replace(walk.request, goal=Placement.parse((3.0, 0.0, 0.6)), options=options)
+
+    def found(seed: int, keep: bool) -> ContactPlan:
+        asked = replace(request, seed=seed)
+        work = replace(walk, request=asked, snapshot=scene, keep_roadmaps=keep)
+        return planned(worker.submit(work, ignore))
+
+    try:
+        alone = [found(seed, keep=False) for seed in (0, 1, 0)]
+        kept = [found(seed, keep=True) for seed in (0, 1)]
+        assert alone[2].states == alone[0].states == kept[0].states
+        assert alone[2].guide == alone[0].guide == kept[0].guide == kept[1].guide
+        assert alone[1].guide != kept[1].guide
+        found(0, keep=False)  # and what was kept is forgotten
+        assert found(1, keep=True).guide == alone[1].guide
+    finally:
+        worker.close()
+
+
+def test_work_that_was_cancelled_holds_no_surfaces(search: Job) -> None:
+    worker = PlanningWorker(RobotChoice("hyq"), ignore)
+    try:
+        under_way = Started()
+        running = worker.submit(search, under_way)
+        under_way.wait("guide")
+        surfaces = snapshot(strip("ground", -2, 9))
+        held = weakref.ref(surfaces)
+        waiting = worker.submit(job("waits", surfaces, 1.0), ignore)
+        del surfaces
+        assert held() is not None
+        worker.cancel(waiting)
+        assert held() is None
+        worker.cancel(running)
+    finally:
+        worker.close()
