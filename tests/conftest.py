@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import re
+import signal
 
 import pytest
 
 from rbprm_core.robot import known_robots
+
+# A shell's background jobs ignore SIGINT, and so would every program that a test starts and then
+# interrupts: a handled signal is back at its default in a new program, an ignored one is not.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

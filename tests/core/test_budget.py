@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-import time
+from types import SimpleNamespace
 
 import pytest
 
+from rbprm_core import budget as budget_module
 from rbprm_core.budget import Budget, Progress
 from rbprm_core.errors import Cancelled, ErrorCode, InvalidInput, TimeLimitReached
 
@@ -24,11 +25,14 @@ def test_no_limit_by_default() -> None:
     assert budget.time_limit == math.inf
 
 
-def test_the_clock_runs_from_the_start() -> None:
+def test_the_clock_runs_from_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = 7.0
+    monkeypatch.setattr(budget_module, "time", SimpleNamespace(monotonic=lambda: now))
     budget = Budget(0.05)
+    now += 0.04
     budget.check("guide")
-    time.sleep(0.06)
-    assert budget.elapsed >= 0.05
+    now += 0.02
+    assert budget.elapsed == pytest.approx(0.06)
     with pytest.raises(TimeLimitReached, match=r"0\.05 s reached in stage sequence") as caught:
         budget.check("sequence")
     assert caught.value.code is ErrorCode.TIME_LIMIT

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -120,15 +121,17 @@ def test_where_all_fail_the_farthest_is_told(toy_data: RobotData) -> None:
     bridge = [(1.5, 0.1, 0), (5.5, 0.1, 0), (5.5, 0.5, 0), (1.5, 0.5, 0)]
     scene = Scene([*gap().surfaces, make_surface("bridge", bridge, 0.5)])
     asked = replace(request_to(toy_data, 6.0, 0, guides=1), required_limbs=("lf", "lh"))
-    limit = 3.0  # seconds, enough for some seeds: they are begun until then
     alone = []
     for seed in (0, 1):
         with pytest.raises(NoSequenceFound) as one:
             plan(replace(asked, seed=seed), toy_data, scene, Budget(60.0))
         alone.append(one.value)
-    seeds: set[int] = set()
-    with pytest.raises((NoSequenceFound, TimeLimitReached)) as caught:
-        plan_portfolio(asked, toy_data, scene, limit, 2, lambda seed, _: seeds.add(seed))
+    for limit in (3.0, 10.0, 30.0, 90.0):  # seconds, until the machine has time for four seeds
+        seeds: set[int] = set()
+        with pytest.raises((NoSequenceFound, TimeLimitReached)) as caught:
+            plan_portfolio(asked, toy_data, scene, limit, 2, lambda seed, _: seeds.add(seed))  # noqa: B023
+        if {0, 1, 2, 3} <= seeds:
+            break
     assert {0, 1, 2, 3} <= seeds
     best = max(alone, key=lambda error: error.fraction)
     assert caught.value.fraction >= best.fraction
@@ -166,7 +169,7 @@ def test_how_far_an_attempt_came_is_the_share_of_its_guide() -> None:
 
 
 def test_the_time_limit_holds(toy_data: RobotData) -> None:
-    with pytest.raises(TimeLimitReached, match=r"limit of 0\.3 s reached in stage guide"):
+    with pytest.raises(TimeLimitReached, match=r"limit of 0\.3 s reached in stage \w+"):
         plan_portfolio(endless(toy_data), toy_data, gap(), 0.3, 2)
     assert children(os.getpid()) == set()
 
@@ -224,23 +227,31 @@ def test_no_process_outlives_the_command(
     """Ctrl-C ends them; so does the end of a command that had no chance to end them."""
     file = tmp_path / "endless.toml"
     file.write_text(ENDLESS.format(robot=toy_file))
-    arguments = ["plan", str(file), "--jobs", "2", "--time-limit", "100"]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "rbprm_core.cli.main", *arguments],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    started: set[int] = set()
-    end = time.monotonic() + 60
-    while len(started) < 2 and time.monotonic() < end and process.poll() is None:
-        time.sleep(0.1)
+    arguments = ["plan", str(file), "--jobs", "2", "--time-limit", "300"]
+    bars, errors_file = tmp_path / "bars", tmp_path / "errors"
+    with bars.open("w") as out, errors_file.open("w") as err:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "rbprm_core.cli.main", *arguments],
+            stdout=out,
+            stderr=err,
+            env={**os.environ, "TERM": "xterm", "FORCE_COLOR": "1", "COLUMNS": "200"},
+        )
+    try:
+        # Once both seeds search for a guide, signals are handled and nothing is being started.
+        end = time.monotonic() + 120
+        while set(re.findall(r"seed (\d)[^\n]*guide", bars.read_text())) != {"0", "1"}:
+            assert process.poll() is None, errors_file.read_text()
+            assert time.monotonic() < end, bars.read_text()
+            time.sleep(0.05)
         started = children(process.pid)
-    assert len(started) == 2, process.communicate()
-    time.sleep(1.0)
-    process.send_signal(how)
-    _, errors = process.communicate(timeout=20)
-    assert gone(started, within=20)
+        assert len(started) == 2
+        process.send_signal(how)
+        process.wait(timeout=60)
+    finally:
+        process.kill()
+        process.wait(timeout=60)
+    assert gone(started, within=60)
+    errors = errors_file.read_text()
     assert "Traceback" not in errors
     if how == signal.SIGINT:
         assert process.returncode == 130
