@@ -1,4 +1,4 @@
-"""The roadmap's bookkeeping, its doubts, and the store that keeps it."""
+"""Roadmap: graph operations, verification after changes of the scene, and the store."""
 
 from __future__ import annotations
 
@@ -6,15 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.guide.roadmap import roadmap_key
 from rbprm_core.guide.root import GuideOptions, Roadmap, RoadmapStore, RootBounds, RootSpace
 from rbprm_core.guide.root_space import distance
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, make_surface
 
-Array = NDArray[np.float64]
 DOWN = np.array([0, 0, -9.81])
 
 
@@ -28,7 +27,7 @@ def tile(name: str, x: float, z: float = 0.0) -> object:
 
 @pytest.fixture
 def line() -> Roadmap:
-    """Nodes 0 to 4 at x = 0, 2, 4, 6, 8, each joined to the next."""
+    """Nodes 0 to 4 at x = 0, 2, 4, 6 and 8 m, each connected to the next."""
     roadmap = Roadmap()
     for i in range(5):
         assert roadmap.add(at(2.0 * i), [i - 1] if i else []) == i
@@ -39,63 +38,63 @@ def cost(roadmap: Roadmap, i: int, j: int) -> float:
     return float(distance(roadmap.nodes[i].root, roadmap.nodes[j].root))
 
 
-def test_the_cheapest_way(line: Roadmap) -> None:
+def test_the_cheapest_path(line: Roadmap) -> None:
     assert line.shortest(0, 4, lambda i, j: cost(line, i, j)) == [0, 1, 2, 3, 4]
     bow = line.add(at(4, 3), [0, 4])
     assert line.shortest(0, 4, lambda i, j: cost(line, i, j)) == [0, 1, 2, 3, 4]
-    shunned = {(2, 3)}
-    way = line.shortest(0, 4, lambda i, j: np.inf if (i, j) in shunned else cost(line, i, j))
-    assert way == [0, bow, 4]
+    excluded = {(2, 3)}
+    path = line.shortest(0, 4, lambda i, j: np.inf if (i, j) in excluded else cost(line, i, j))
+    assert path == [0, bow, 4]
     assert line.shortest(2, 2, lambda i, j: 1.0) == [2]
 
 
-def test_parts_and_what_is_dropped(line: Roadmap) -> None:
-    assert len(set(line.parts().values())) == 1
-    line.drop_node(2)
-    parts = line.parts()
-    assert parts.keys() == {0, 1, 3, 4}
-    assert parts[0] == parts[1] != parts[3] == parts[4]
+def test_components_and_removals(line: Roadmap) -> None:
+    assert len(set(line.components().values())) == 1
+    line.remove_node(2)
+    components = line.components()
+    assert components.keys() == {0, 1, 3, 4}
+    assert components[0] == components[1] != components[3] == components[4]
     assert line.shortest(0, 4, lambda i, j: 1.0) is None
-    line.drop_edge(3, 4)
+    line.remove_edge(3, 4)
     assert line.edges() == [(0, 1)]
-    assert len(set(line.parts().values())) == 3
-    assert line.add(at(1), [1, 3]) == 5  # numbers are not given twice
+    assert len(set(line.components().values())) == 3
+    assert line.add(at(1), [1, 3]) == 5  # numbers are never reused
 
 
-def test_only_what_is_near_a_change_is_doubted(line: Roadmap) -> None:
+def test_only_edges_near_a_change_become_unverified(line: Roadmap) -> None:
     scene = Scene([tile("a", 0), tile("b", 30)])
     line.open(scene, 0.3)
-    assert not any(line.doubtful(i, j) for i, j in line.edges())
+    assert not any(line.unverified(i, j) for i, j in line.edges())
     line.open(scene.edited([tile("c", 4.4)]), 0.3)  # from x = 4.4 to 5.4
-    assert [e for e in line.edges() if line.doubtful(*e)] == [(2, 3)]
+    assert [e for e in line.edges() if line.unverified(*e)] == [(2, 3)]
     line.confirm(2, 3)
-    line.open(scene.edited([tile("c", 4.4)]), 0.3)  # equal, if another object
-    assert not any(line.doubtful(i, j) for i, j in line.edges())
+    line.open(scene.edited([tile("c", 4.4)]), 0.3)  # an equal surface, though another object
+    assert not any(line.unverified(i, j) for i, j in line.edges())
     line.open(scene, 0.3)  # gone again
-    assert line.doubtful(2, 3)
-    assert not line.doubtful(0, 1)
+    assert line.unverified(2, 3)
+    assert not line.unverified(0, 1)
 
 
-def test_a_doubtful_node_casts_doubt_on_its_edges(line: Roadmap) -> None:
+def test_edges_of_an_unverified_node_are_unverified(line: Roadmap) -> None:
     scene = Scene([tile("a", 30)])
     line.open(scene, 0.3)
     line.open(scene.edited([tile("c", 3.8)]), 0.3)
-    assert line.nodes[2].doubtful
-    assert not line.nodes[3].doubtful
-    assert [e for e in line.edges() if line.doubtful(*e)] == [(1, 2), (2, 3)]
+    assert line.nodes[2].unverified
+    assert not line.nodes[3].unverified
+    assert [e for e in line.edges() if line.unverified(*e)] == [(1, 2), (2, 3)]
 
 
-def test_what_one_request_needed_goes_with_it(line: Roadmap) -> None:
+def test_temporary_nodes_go_with_their_request(line: Roadmap) -> None:
     scene = Scene([tile("a", 0)])
     line.open(scene, 0.5)
-    passing = line.add(at(1), [0], passing=True)
+    temporary = line.add(at(1), [0], temporary=True)
     line.open(scene, 0.5)
-    assert passing not in line.nodes
+    assert temporary not in line.nodes
     assert len(line) == 5
     assert line.edges() == [(0, 1), (1, 2), (2, 3), (3, 4)]
 
 
-def test_a_store_keeps_the_last_ones() -> None:
+def test_a_store_keeps_the_latest_roadmaps() -> None:
     scene = Scene([tile("a", 0)])
     store = RoadmapStore(capacity=2)
     first = store.roadmap("first", scene, 1.0)
@@ -106,7 +105,7 @@ def test_a_store_keeps_the_last_ones() -> None:
     assert store.roadmap("first", scene, 1.0) is first  # the second was used longest ago
 
 
-def test_a_key_is_of_all_that_decides_but_the_scene(hyq_data: RobotData) -> None:
+def test_the_key_depends_on_all_that_decides_validity_but_the_scene(hyq_data: RobotData) -> None:
     bounds = RootBounds(-np.ones(3), np.ones(3), np.ones(3))
     space = RootSpace(bounds, np.zeros(0), np.zeros(0))
     wider = RootSpace(replace(bounds, high=2 * np.ones(3)), np.zeros(0), np.zeros(0))

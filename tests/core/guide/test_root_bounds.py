@@ -1,4 +1,4 @@
-"""Bounds of the root that a request leaves open."""
+"""Root bounds for requests that give none."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ UPRIGHT = Placement.parse((0, 0, 0))
 
 
 def turned(*rotation: float) -> Placement:
-    """A placement with a rotation vector, radians."""
+    """Placement at x = 1 m with a rotation vector in radians."""
     angle = math.hypot(*rotation)
     axis = np.array(rotation) / angle
     return Placement.parse((1, 0, 0), (*(math.sin(angle / 2) * axis), math.cos(angle / 2)))

@@ -1,4 +1,4 @@
-"""The space of the root: bounds, distance, interpolation."""
+"""Space of root configurations: bounds, distance and interpolation."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.errors import InvalidInput
 from rbprm_core.guide.root import RootBounds, RootSpace
-from rbprm_core.guide.root_space import ANGLE_WEIGHT, StraightWay, distance
+from rbprm_core.guide.root_space import ANGLE_WEIGHT, RootSegment, distance
 from rbprm_core.placement import Placement
-
-Array = NDArray[np.float64]
 
 BOUNDS = RootBounds(np.array([-1.0, -2, 0]), np.array([1.0, 2, 3]), np.array([0.5, 0.3, 0.2]))
 SPACE = RootSpace(BOUNDS, np.array([-0.4]), np.array([0.4]))
@@ -22,7 +20,7 @@ SPACE = RootSpace(BOUNDS, np.array([-0.4]), np.array([0.4]))
 
 @st.composite
 def roots(draw: st.DrawFn, turned: float = np.pi) -> Array:
-    """A root configuration with one more joint, its quaternion of either sign."""
+    """Root configurations with one joint and a quaternion of either sign."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     axis = rng.normal(size=3)
     angle = draw(st.floats(0, turned))
@@ -49,7 +47,7 @@ def root(
 @given(roots(), roots())
 def test_the_ends_of_an_interpolation_are_exact(a: Array, b: Array) -> None:
     for t, end in ((0.0, a), (1.0, b)):
-        found = StraightWay(a, b).at(t)
+        found = RootSegment(a, b).at(t)
         assert found[[0, 1, 2, 7]] == pytest.approx(end[[0, 1, 2, 7]], abs=1e-12)
         assert abs(found[3:7] @ end[3:7]) == pytest.approx(1, abs=1e-12)
 
@@ -57,11 +55,11 @@ def test_the_ends_of_an_interpolation_are_exact(a: Array, b: Array) -> None:
 @given(roots(), roots(), st.floats(0, 1))
 def test_between_the_ends(a: Array, b: Array, t: float) -> None:
     before = a.copy(), b.copy()
-    found = StraightWay(a, b).at(t)
+    found = RootSegment(a, b).at(t)
     assert np.linalg.norm(found[3:7]) == pytest.approx(1, abs=1e-12)
     assert found[:3] == pytest.approx(a[:3] + t * (b[:3] - a[:3]))
     whole = float(distance(a, b))
-    assert StraightWay(a, b).length == pytest.approx(whole, abs=1e-12)
+    assert RootSegment(a, b).length == pytest.approx(whole, abs=1e-12)
     assert float(distance(a, found)) == pytest.approx(t * whole, abs=1e-6)
     assert float(distance(found, b)) == pytest.approx((1 - t) * whole, abs=1e-6)
     assert np.array_equal(a, before[0])
@@ -71,12 +69,12 @@ def test_between_the_ends(a: Array, b: Array, t: float) -> None:
 @given(roots(turned=1e-7), st.floats(0, 1))
 def test_tiny_rotations_are_interpolated_too(a: Array, t: float) -> None:
     b = root()
-    found = StraightWay(a, b).at(t)
+    found = RootSegment(a, b).at(t)
     assert float(distance(a, found)) == pytest.approx(t * float(distance(a, b)), abs=1e-9)
 
 
 @given(roots(), roots(), roots())
-def test_the_distance_is_one(a: Array, b: Array, c: Array) -> None:
+def test_the_distance_is_a_metric(a: Array, b: Array, c: Array) -> None:
     assert float(distance(a, a)) == 0
     assert float(distance(a, b)) == pytest.approx(float(distance(b, a)))
     assert float(distance(a, c)) <= float(distance(a, b)) + float(distance(b, c)) + 1e-9
@@ -130,7 +128,7 @@ def test_what_is_outside_and_why(outside: Array, name: str) -> None:
     assert name in SPACE.outside(outside)
 
 
-def test_an_asked_root_outside_is_bad_input() -> None:
+def test_a_requested_root_outside_is_invalid_input() -> None:
     pose = Placement.parse((0, 0, 9))
     with pytest.raises(InvalidInput, match="z = 9 m is outside") as caught:
         SPACE.require(root((0, 0, 9)), pose, "goal")
@@ -151,45 +149,47 @@ def test_an_edge_keeps_its_bounds_exactly_where_all_its_points_do(
     half = np.array([yaw, pitch, roll])
     space = RootSpace(RootBounds(-np.ones(3), np.ones(3), half), np.zeros(0), np.zeros(0))
     ends = []
-    for _ in range(2):  # often on a bound, where an arc is most likely to leave it
+    for _ in range(2):  # often on a bound, where an arc is most likely to break it
         share = np.clip(rng.uniform(-1.5, 1.5, 3), -1, 1)
-        angles = share * np.minimum(half, [3.1, 1.5, 3.1])  # yaw and roll are one at 90 degrees
+        angles = share * np.minimum(
+            half, [3.1, 1.5, 3.1]
+        )  # not unique at 90 degrees
         rotation = pin.rpy.rpyToMatrix(angles[2], angles[1], angles[0])
         ends.append(np.concatenate([rng.uniform(-1, 1, 3), pin.Quaternion(rotation).coeffs()]))
-    points = StraightWay(*ends).at_all(np.arange(401) / 400)
+    points = RootSegment(*ends).at_all(np.arange(401) / 400)
     over = np.array([excess(point, half) for point in points])
-    found = space.contains_edge(*ends)
+    found = space.contains_segment(*ends)
     assert not (found and over.max() > 2e-6)
-    assert found or over.max() > -1e-3  # a bound that is broken between two of the points
+    assert found or over.max() > -1e-3  # a bound may be broken between two of the points
 
 
 def excess(point: Array, half: Array) -> float:
-    """Radians by which the worst of yaw, pitch and roll exceeds its bound."""
+    """Largest excess of yaw, pitch and roll over their bounds, rad."""
     angles = np.abs(pin.rpy.matrixToRpy(pin.Quaternion(point[3:7]).matrix())[::-1])
     return float((angles - half).max())
 
 
 def test_an_arc_may_leave_bounds_that_its_ends_keep() -> None:
-    """Pitch and roll together, one way and the other, each with no yaw: between, the root yaws."""
+    """Between two orientations that combine pitch and roll without yaw, the root yaws."""
     half = np.array([0.01, 1.5, 1.5])
     space = RootSpace(RootBounds(-np.ones(3), np.ones(3), half), np.zeros(0), np.zeros(0))
     a, b = (root((0, 0, 0), pitch=p, roll=r)[:7] for p, r in ((0.9, 0.9), (-0.9, -0.9)))
     assert space.contains(a)
     assert space.contains(b)
-    assert not space.contains(StraightWay(a, b).at(0.5))
-    assert not space.contains_edge(a, b)
+    assert not space.contains(RootSegment(a, b).at(0.5))
+    assert not space.contains_segment(a, b)
 
 
 def test_an_edge_with_an_end_outside_is_outside() -> None:
     inside, beside, turned = root(), root((2, 0, 1)), root(joint=0.5)
-    assert SPACE.contains_edge(inside, inside)
+    assert SPACE.contains_segment(inside, inside)
     for other in (beside, turned):
-        assert not SPACE.contains_edge(inside, other)
-        assert not SPACE.contains_edge(other, inside)
+        assert not SPACE.contains_segment(inside, other)
+        assert not SPACE.contains_segment(other, inside)
 
 
 @given(roots(), roots())
-def test_many_points_of_a_way_are_those_of_each(a: Array, b: Array) -> None:
+def test_many_points_of_a_segment_equal_single_points(a: Array, b: Array) -> None:
     shares = np.array([0.0, 0.2, 0.7, 1.0])
-    for t, found in zip(shares, StraightWay(a, b).at_all(shares), strict=True):
-        assert found == pytest.approx(StraightWay(a, b).at(t), abs=1e-15)
+    for t, found in zip(shares, RootSegment(a, b).at_all(shares), strict=True):
+        assert found == pytest.approx(RootSegment(a, b).at(t), abs=1e-15)

@@ -15,8 +15,8 @@ class RrtOptions:
     """Options of the bidirectional RRT.
 
     Attributes:
-        step: most metres that a tree grows at once.
-        iterations: samples drawn before the search is given up.
+        step: maximum length of a tree's edge, metres.
+        iterations: maximum number of samples drawn in one search.
     """
 
     step: Step = 0.4
@@ -28,8 +28,9 @@ class PrmOptions:
     """Options of the visibility roadmap.
 
     Attributes:
-        neighbours: nearest nodes of each part of the roadmap to which a new one is tried.
-        iterations: samples drawn in one request before the search is given up.
+        neighbours: number of nearest nodes of each connected component of the roadmap that are
+            tried for edges to a new node.
+        iterations: maximum number of samples drawn in one search.
     """
 
     neighbours: Annotated[int, Field(ge=1, le=MAX_COUNT)] = 4
@@ -41,12 +42,14 @@ class GuideOptions:
     """Options of the guide (P1).
 
     Attributes:
-        planner: name of the guide planner: rrt, or prm, whose roadmap can be kept.
-        resolution: metres between the points of an edge at which the limbs' reach is tested.
-        equilibrium: ask of those points, too, that contacts within the limbs' workspaces could
-            hold the robot in static equilibrium.
-        rrt: of the planner rrt.
-        prm: of the planner prm.
+        planner: name of the guide planner, "rrt" or "prm"; the roadmap of "prm" can be kept
+            between requests.
+        resolution: distance between the points of an edge at which the limbs' reach is tested,
+            metres.
+        equilibrium: require at every fourth of those points, too, that contacts within the limbs'
+            workspaces could hold the robot in static equilibrium.
+        rrt: options of the planner "rrt".
+        prm: options of the planner "prm".
     """
 
     planner: Literal["rrt", "prm"] = "rrt"

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.budget import Budget
 from rbprm_core.counters import Counters
 from rbprm_core.guide.guide_options import GuideOptions
@@ -20,8 +20,6 @@ from rbprm_core.guide.roadmap import RoadmapStore
 from rbprm_core.guide.root_space import RootSpace
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
-
-Array = NDArray[np.float64]
 
 SHORTCUT = "shortcut"
 """Name under which a guide planner accounts the seconds spent on shortening and settling guides

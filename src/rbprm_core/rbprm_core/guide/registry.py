@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rbprm_core.guide.protocol import GuidePlannerFactory
-from rbprm_core.guide.root.planner import prm_planner, rrt_planner
+from rbprm_core.guide.root.root_planner import prm_planner, rrt_planner
 from rbprm_core.registry import Registry
 
 GUIDE_PLANNERS: Registry[GuidePlannerFactory] = Registry(

@@ -1,4 +1,4 @@
-"""A roadmap of roots that can be kept between requests, and repaired where the scene changed."""
+"""Roadmap of root configurations that can be kept between requests and repaired after changes."""
 
 from __future__ import annotations
 
@@ -8,43 +8,44 @@ from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
+from rbprm_core.arrays import Array
 from rbprm_core.guide.guide_options import GuideOptions
 from rbprm_core.guide.root_space import RootSpace
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
 from rbprm_core.scene.changes import changed_boxes
 
-Array = NDArray[np.float64]
-
 
 @dataclass
 class Node:
-    """A root configuration (7 + j,) of a roadmap.
+    """Node of a roadmap.
 
     Attributes:
-        passing: needed by one request alone; dropped when the next comes.
-        doubtful: the scene changed near it since it was tested.
+        root: (7 + j,) root configuration.
+        temporary: True for a node that only the current request needs; the next one removes it.
+        unverified: True where the scene has changed near the node since it was tested.
     """
 
     root: Array
-    passing: bool = False
-    doubtful: bool = False
+    temporary: bool = False
+    unverified: bool = False
 
 
 class Roadmap:
-    """Roots and the straight edges between them that hold.
+    """Graph of root configurations and valid straight segments between them.
 
-    A node has a number of its own for as long as it lives. An edge or a node near which the scene
-    changed is doubtful until somebody tests it again (`confirm`, `drop_node`, `drop_edge`).
+    Nodes are identified by numbers, which are never reused. A node or edge near which the scene
+    has changed is unverified until it is tested again and then confirmed (`confirm`) or removed
+    (`remove_node`, `remove_edge`).
     """
 
     def __init__(self) -> None:
         self.nodes: dict[int, Node] = {}
-        self._links: dict[int, dict[int, bool]] = {}  # doubtful, by both of an edge's nodes
+        # Whether each edge is unverified, stored under both of its nodes.
+        self._links: dict[int, dict[int, bool]] = {}
         self._next = 0
         self._scene: Scene | None = None
 
@@ -52,55 +53,84 @@ class Roadmap:
         return len(self.nodes)
 
     def edges(self) -> list[tuple[int, int]]:
-        """The pairs of nodes that are joined, the lower number first."""
+        """Pairs of numbers of connected nodes, the lower number first."""
         return [(i, j) for i, links in self._links.items() for j in links if i < j]
 
-    def doubtful(self, i: int, j: int) -> bool:
-        """True where an edge, or one of its ends, was not tested in the scene as it is now."""
-        return self._links[i][j] or self.nodes[i].doubtful or self.nodes[j].doubtful
-
-    def open(self, scene: Scene, radius: float) -> None:
-        """Begin a request: forget what the last alone needed, and doubt what the scene's changes
-        since then may have touched.
+    def unverified(self, i: int, j: int) -> bool:
+        """True where an edge or one of its ends has not been tested in the current scene.
 
         Args:
-            radius: metres around a root's position within which the scene decides about it.
+            i: number of one end.
+            j: number of the other end.
         """
-        for i in [i for i, node in self.nodes.items() if node.passing]:
-            self.drop_node(i)
+        return self._links[i][j] or self.nodes[i].unverified or self.nodes[j].unverified
+
+    def open(self, scene: Scene, radius: float) -> None:
+        """Prepare the roadmap for a request.
+
+        Removes the temporary nodes of the last request and marks as unverified what changes of the
+        scene since then may have touched.
+
+        Args:
+            scene: scene of the request.
+            radius: distance from a root's position within which the scene decides about its
+                validity, m.
+        """
+        for i in [i for i, node in self.nodes.items() if node.temporary]:
+            self.remove_node(i)
         if self._scene is not None and self._scene is not scene:
-            self._doubt(changed_boxes(self._scene, scene), radius)
+            self._mark_unverified(changed_boxes(self._scene, scene), radius)
         self._scene = scene
 
-    def add(self, root: Array, seen: Iterable[int], passing: bool = False) -> int:
-        """Add a node with tested edges to the nodes it sees; returns its number."""
+    def add(self, root: Array, neighbours: Iterable[int], temporary: bool = False) -> int:
+        """Add a node with valid edges to other nodes; returns its number.
+
+        Args:
+            root: (7 + j,) root configuration.
+            neighbours: numbers of the nodes to which the segment is valid.
+            temporary: True for a node that only the current request needs.
+        """
         number, self._next = self._next, self._next + 1
-        self.nodes[number] = Node(root.copy(), passing)
+        self.nodes[number] = Node(root.copy(), temporary)
         self._links[number] = {}
-        for other in seen:
+        for other in neighbours:
             self.confirm(number, other)
         return number
 
     def confirm(self, i: int, j: int) -> None:
-        """Note an edge, and its ends, as tested in the scene as it is now."""
-        self._links[i][j] = self._links[j][i] = False
-        self.nodes[i].doubtful = self.nodes[j].doubtful = False
+        """Record an edge and its ends as valid in the current scene.
 
-    def drop_edge(self, i: int, j: int) -> None:
-        """Forget an edge."""
+        Args:
+            i: number of one end.
+            j: number of the other end.
+        """
+        self._links[i][j] = self._links[j][i] = False
+        self.nodes[i].unverified = self.nodes[j].unverified = False
+
+    def remove_edge(self, i: int, j: int) -> None:
+        """Remove the edge between two nodes.
+
+        Args:
+            i: number of one end.
+            j: number of the other end.
+        """
         del self._links[i][j], self._links[j][i]
 
-    def drop_node(self, i: int) -> None:
-        """Forget a node with its edges."""
+    def remove_node(self, i: int) -> None:
+        """Remove a node and its edges.
+
+        Args:
+            i: number of the node.
+        """
         for j in self._links.pop(i):
             del self._links[j][i]
         del self.nodes[i]
 
-    def parts(self, without: Collection[tuple[int, int]] = ()) -> dict[int, int]:
-        """For each node the label of the connected part that it belongs to.
+    def components(self, without: Collection[tuple[int, int]] = ()) -> dict[int, int]:
+        """Label of the connected component of each node, by the node's number.
 
         Args:
-            without: edges, the lower number first, that connect nothing.
+            without: edges that are ignored, as pairs with the lower number first.
         """
         numbers, graph = self._graph(lambda i, j: np.inf if (i, j) in without else 1.0)
         _, labels = connected_components(graph, directed=False)
@@ -109,22 +139,25 @@ class Roadmap:
     def shortest(
         self, start: int, goal: int, cost: Callable[[int, int], float]
     ) -> list[int] | None:
-        """Numbers of the nodes on the cheapest way, None where there is none.
+        """Numbers of the nodes on the cheapest path; None where no path exists.
 
         Args:
-            cost: of an edge, positive; infinite where it must not be taken.
+            start: number of the first node.
+            goal: number of the last node.
+            cost: positive cost of an edge, infinite where the path must not use it.
         """
         numbers, graph = self._graph(cost)
         first, last = numbers.index(start), numbers.index(goal)
         costs, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
         if not np.isfinite(costs[last]):
             return None
-        way = [last]
-        while way[-1] != first:
-            way.append(int(before[way[-1]]))
-        return [numbers[i] for i in way[::-1]]
+        path = [last]
+        while path[-1] != first:
+            path.append(int(before[path[-1]]))
+        return [numbers[i] for i in path[::-1]]
 
     def _graph(self, cost: Callable[[int, int], float]) -> tuple[list[int], coo_array]:
+        """Numbers of all nodes, and the matrix of finite costs between them in that order."""
         numbers = list(self.nodes)
         place = {number: i for i, number in enumerate(numbers)}
         priced = [(i, j, cost(i, j)) for i, j in self.edges()]
@@ -133,16 +166,20 @@ class Roadmap:
         shape = (len(numbers), len(numbers))
         return numbers, coo_array((costs, (rows.astype(int), columns.astype(int))), shape=shape)
 
-    def _doubt(self, boxes: Array, radius: float) -> None:
-        """Doubt nodes and edges whose swept box, `radius` wide around it, meets one of some boxes.
+    def _mark_unverified(self, boxes: Array, radius: float) -> None:
+        """Mark the nodes and edges whose swept bounding box, widened by a radius, meets a box.
 
-        An edge's box contains those of its ends.
+        The box of an edge contains those of its ends.
+
+        Args:
+            boxes: (n, 2, 3) lowest and highest corners of the changed regions, m.
+            radius: as in `open`, m.
         """
         edges = self.edges()
         if len(boxes) == 0 or not self.nodes:
             return
         for node in self.nodes.values():
-            node.doubtful |= _touched(node.root[None, :3], boxes, radius)
+            node.unverified |= _touched(node.root[None, :3], boxes, radius)
         for i, j in edges:
             ends = np.array([self.nodes[i].root[:3], self.nodes[j].root[:3]])
             if _touched(ends, boxes, radius):
@@ -155,12 +192,12 @@ def _touched(ends: Array, boxes: Array, radius: float) -> bool:
 
 
 class RoadmapStore:
-    """Roadmaps that a caller keeps between requests; the least recently used goes first.
+    """Roadmaps that a caller keeps between requests; the least recently used is dropped first.
 
-    Not thread-safe; to be given to one plan at a time.
+    Not thread-safe: pass it to one plan at a time.
 
     Args:
-        capacity: most roadmaps kept.
+        capacity: maximum number of roadmaps.
     """
 
     def __init__(self, capacity: int = 8) -> None:
@@ -171,10 +208,12 @@ class RoadmapStore:
         return len(self._kept)
 
     def roadmap(self, key: str, scene: Scene, radius: float) -> Roadmap:
-        """The roadmap of a key, empty where there is none yet, opened for a scene.
+        """Roadmap of a key, opened for a scene; an empty one where the store has none.
 
         Args:
-            key: see `roadmap_key`. radius: see `Roadmap.open`.
+            key: see `roadmap_key`.
+            scene: scene of the request.
+            radius: see `Roadmap.open`, m.
         """
         found = self._kept.setdefault(key, Roadmap())
         found.open(scene, radius)
@@ -191,10 +230,17 @@ def roadmap_key(
     options: GuideOptions,
     gravity: Array,
 ) -> str:
-    """A key that two requests share where a root or an edge that holds for one does for the other.
+    """Key shared by all requests for which the same roots and edges are valid.
 
-    Start, goal and scene are no part of it: a roadmap serves any of the first two, and is repaired
-    for the third.
+    Start, goal and scene are not part of the key: a roadmap serves any start and goal, and is
+    repaired for another scene.
+
+    Args:
+        data: robot with its trunk volumes and limb workspaces.
+        space: bounds of the root and of the joints planned with it.
+        required: names of the limbs that must reach a surface.
+        options: options of the guide.
+        gravity: (3,) gravity, m/s^2; part of the key only with `options.equilibrium`.
     """
     robot, bounds = data.robot, space.bounds
     arrays = [

@@ -1,4 +1,4 @@
-"""Bounds of the root that a request leaves open: as wide as the task, no wider."""
+"""Root bounds for requests that give none: as wide as the task needs, and no wider."""
 
 from __future__ import annotations
 
@@ -9,26 +9,25 @@ from typing import Annotated
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 from pydantic import Field
 
+from rbprm_core.arrays import Array
 from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.scene import Surface
 
-Array = NDArray[np.float64]
 Angle = Annotated[float, Field(ge=0, le=math.pi)]
 
 
 @dataclass(frozen=True)
 class BoundsRule:
-    """How bounds are derived.
+    """Rule by which root bounds are derived.
 
     Attributes:
-        margin: of the box around start, goal and all surfaces, metres.
-        yaw: least half range about z, radians; start and goal widen it.
-        pitch: least half range about y, radians; start and goal widen it.
-        roll: least half range about x, radians; start and goal widen it.
+        margin: width added around the box of start, goal and all surfaces, metres.
+        yaw: minimum half range about z, radians; start and goal widen it.
+        pitch: minimum half range about y, radians; start and goal widen it.
+        roll: minimum half range about x, radians; start and goal widen it.
     """
 
     margin: Annotated[float, Field(ge=0)] = 1.0
@@ -40,7 +39,13 @@ class BoundsRule:
 def derived_bounds(
     places: Sequence[Placement], surfaces: Sequence[Surface], rule: BoundsRule
 ) -> RootBounds:
-    """Bounds that hold some placements of the root, one at least, over all surfaces."""
+    """Root bounds that contain some placements of the root and the space over all surfaces.
+
+    Args:
+        places: placements of the root in the planning frame, at least one.
+        surfaces: surfaces in the planning frame.
+        rule: margin and minimum half ranges.
+    """
     rings = [surface.polygon.boundary for surface in surfaces]
     points = np.vstack([*(place.position for place in places), *rings])
     angles = np.abs([_yaw_pitch_roll(place) for place in places])

@@ -1,4 +1,4 @@
-"""What the tests of the guide share: a robot in a scene, and what decides about its root."""
+"""Shared by the tests of root guides: a robot in a scene, and the tests of its root."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.guide.root import (
     EdgeTest,
     GuideOptions,
@@ -22,7 +22,6 @@ from rbprm_core.guide.root import (
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
 
-Array = NDArray[np.float64]
 LEGS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
 
 
@@ -44,11 +43,11 @@ class Ground:
         self.settler = Settler(self.data, self.scene, LEGS)
 
     def problem(self, start: Array, goal: Array) -> RootProblem:
-        """The way from start to goal."""
+        """Problem from start to goal."""
         return RootProblem(start, goal, self.edges, self.sampler)
 
 
 @pytest.fixture(scope="session")
 def make_ground(hyq_data: RobotData) -> Callable[[Scene, RootBounds], Ground]:
-    """Makes the ground of a scene: `make_ground(scene, bounds)`."""
+    """Makes HyQ in a scene with root bounds: `make_ground(scene, bounds)`."""
     return lambda scene, bounds: Ground(hyq_data, scene, bounds)

@@ -1,4 +1,4 @@
-"""Edges, and the guides made of them: what they promise holds at every point."""
+"""Edges and guides: bounds and clearance hold at every point."""
 
 from __future__ import annotations
 
@@ -8,26 +8,25 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.budget import Budget
 from rbprm_core.guide.root import GuideOptions, GuidePath, RootBounds, shorten
 from rbprm_core.guide.root.planners import PLANNERS, make_search
-from rbprm_core.guide.root_space import StraightWay
+from rbprm_core.guide.root_space import RootSegment
 from rbprm_core.scenario import Scenario
 from rbprm_core.scene import Scene
 
-Array = NDArray[np.float64]
 Make = Callable[..., Any]
-DENSE = 2e-3  # metres between the points at which a guide is looked at again
+DENSE = 2e-3  # m between the points of a guide that are tested again
 
 
 def dense(path: GuidePath) -> Array:
-    """Points (n, 7) of a path, DENSE apart on every edge."""
+    """Root configurations (n, 7) of a path, DENSE apart on every edge."""
     points = [path.nodes[:1]]
-    for a, b, length in zip(path.nodes, path.nodes[1:], np.diff(path.marks), strict=False):
+    for a, b, length in zip(path.nodes, path.nodes[1:], np.diff(path.arc_lengths), strict=False):
         steps = int(np.ceil(length / DENSE))
-        points.append(StraightWay(a, b).at_all(np.arange(1, steps + 1) / max(steps, 1)))
+        points.append(RootSegment(a, b).at_all(np.arange(1, steps + 1) / max(steps, 1)))
     return np.concatenate(points)
 
 
@@ -36,7 +35,7 @@ def dense(path: GuidePath) -> Array:
 def test_a_finished_guide_keeps_bounds_and_clearance_everywhere(
     make_ground: Make, rubble: Scenario, rubble_scene: Scene, planner: str, seed: int
 ) -> None:
-    """Found without the direct try, shortened and settled, over rubble, in tight bounds."""
+    """A guide over rubble in tight bounds, found without the direct try, shortened and settled."""
     low, high = np.array([-2.0, -0.6, 0.45]), np.array([3.0, 0.6, 0.95])
     ground = make_ground(rubble_scene, RootBounds(low, high, np.array([0.25, 0.12, 0.05])))
     turns = [pin.rpy.rpyToMatrix(0.05, pitch, yaw) for pitch, yaw in ((0.1, 0.25), (-0.1, -0.25))]
@@ -75,5 +74,5 @@ def test_an_edge_out_of_bounds_fails(make_ground: Make, flat_scene: Scene) -> No
         np.concatenate([[0, 0, 0.6], pin.Quaternion(pin.rpy.rpyToMatrix(r, p, 0)).coeffs()])
         for p, r in ((0.25, -0.2), (-0.25, 0.2))
     )
-    assert ground.condition.edge_holds(StraightWay(a, b), 10)
+    assert ground.condition.edge_holds(RootSegment(a, b), 10)
     assert not ground.edges.holds(a, b)  # it yaws on the way

@@ -1,4 +1,4 @@
-"""Guide planners and conditions chosen by a request, in whole plans."""
+"""Guide planners and conditions chosen by a request, in complete plans."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ GROUND = [[-2, -2, 0], [5, -2, 0], [5, 2, 0], [-2, 2, 0]]
 
 
 def request(seed: int = 0, **options: object) -> PlanRequest:
-    """HyQ walks 2.4 m over the ground, past what stands there."""
+    """Request for HyQ to walk 2.4 m over the ground, past obstacles."""
     return PlanRequest(
         start=Placement.parse((0, 0, 0.62)),
         goal=Placement.parse((2.4, 0, 0.62)),
@@ -40,7 +40,7 @@ def request(seed: int = 0, **options: object) -> PlanRequest:
 
 
 def post(y: float) -> list[Surface]:
-    """A wall across the straight way, that leaves room on one side."""
+    """A wall across the straight path that leaves room on one side."""
     low, high = (-2.0, 0.2) if y < 0 else (-0.2, 2.0)
     ring = [[1.2, low, 0], [1.2, high, 0], [1.2, high, 1.5], [1.2, low, 1.5]]
     return [make_surface("front", ring[::-1], 0.5), make_surface("back", ring, 0.5)]
@@ -70,11 +70,11 @@ def test_plans_on_a_roadmap_fresh_and_kept(hyq_data: RobotData) -> None:
     assert_valid(fresh[0], hyq_data, scene)
     roadmaps = RoadmapStore()
     first = plan(request(1), hyq_data, scene, Budget(60.0), roadmaps)
-    assert np.array_equal(first.guide.nodes, fresh[0].guide.nodes)  # nothing was kept yet
+    assert np.array_equal(first.guide.nodes, fresh[0].guide.nodes)  # the store was empty
     assert len(roadmaps) == 1
     second = plan(request(2), hyq_data, scene, Budget(60.0), roadmaps)
     assert_valid(second, hyq_data, scene)
-    other = scene.edited(post(1))  # the way on that side is closed, the other open
+    other = scene.edited(post(1))  # the passage moves to the other side
     third = plan(request(3), hyq_data, other, Budget(60.0), roadmaps)
     assert_valid(third, hyq_data, other)
     assert second.guide.nodes[:, 1].max() > 0.3
@@ -82,10 +82,10 @@ def test_plans_on_a_roadmap_fresh_and_kept(hyq_data: RobotData) -> None:
     assert len(roadmaps) == 1
 
 
-def test_the_equilibrium_criterion_sees_what_the_plain_condition_does_not(
+def test_the_equilibrium_condition_refuses_a_bridge_under_two_feet(
     hyq_data: RobotData,
 ) -> None:
-    """A bridge under the left feet alone: a guide for two legs crosses it, no HyQ could."""
+    """A bridge under the left feet alone admits a guide for two legs, but no equilibrium."""
     ring = [[0.5, 0.3, 0], [4.5, 0.3, 0], [4.5, 0.5, 0], [0.5, 0.5, 0]]
     ends = [
         make_surface(n, [[a, -2, 0], [b, -2, 0], [b, 2, 0], [a, 2, 0]], 0.5)

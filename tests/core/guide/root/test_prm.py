@@ -1,4 +1,4 @@
-"""The visibility roadmap: ways around walls, kept between requests and repaired after edits."""
+"""Visibility PRM: paths around walls, roadmaps kept between requests and repaired after edits."""
 
 from __future__ import annotations
 
@@ -7,15 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.budget import Budget
 from rbprm_core.errors import Cancelled, NoGuideFound, TimeLimitReached
 from rbprm_core.guide.root import GuidePath, PrmOptions, Roadmap, RootBounds
 from rbprm_core.guide.root.prm import PrmSearch
 from rbprm_core.scene import Scene, Surface, make_surface
 
-Array = NDArray[np.float64]
 Make = Callable[..., Any]
 Box = Callable[..., list[Surface]]
 START, GOAL = (np.array([x, 0, 0.6, 0, 0, 0, 1]) for x in (-2.0, 2.0))
@@ -28,7 +27,7 @@ def wall(make_box: Box, low: float, high: float, name: str = "wall") -> list[Sur
 
 
 def run(ground: Any, roadmap: Roadmap, seed: int = 0, **how: Any) -> GuidePath:
-    """A guide in a ground's scene, on a roadmap that is opened for it."""
+    """Path in the scene of a ground, on a roadmap opened for it."""
     roadmap.open(ground.scene, ground.condition.radius)
     options = PrmOptions(iterations=how.pop("iterations", 2000))
     search = PrmSearch(ground.problem(START, GOAL), roadmap, options)
@@ -45,7 +44,7 @@ def assert_holds(ground: Any, path: GuidePath) -> None:
 
 @pytest.fixture
 def around(make_ground: Make, make_box: Box) -> Any:
-    """A wall with a way past it on one side."""
+    """A wall that leaves a passage on one side."""
     return make_ground(Scene([GROUND, *wall(make_box, -3, 0.5)]), BOUNDS)
 
 
@@ -80,11 +79,11 @@ def test_guards_do_not_see_each_other_and_connectors_join(around: Any) -> None:
     for edge in linked:
         for i in edge:
             degree[i] += 1
-    assert max(degree.values()) >= 2  # there is a connector, or start and goal saw no one guard
+    assert max(degree.values()) >= 2  # a connector, unless start and goal see no common guard
     assert len(roadmap) < 30
 
 
-def test_another_way_is_asked_for(around: Any) -> None:
+def test_a_search_without_the_direct_try_gives_another_path(around: Any) -> None:
     first = run(around, Roadmap(), 1)
     search = PrmSearch(around.problem(START, GOAL), Roadmap(), PrmOptions())
     rng = np.random.default_rng(1)
@@ -108,7 +107,7 @@ def test_what_is_avoided_is_passed_by(make_ground: Make, make_box: Box) -> None:
     rng = np.random.default_rng(3)
     path, _ = search.find(Budget(), rng)
     for _ in range(3):
-        stopped = path.at(path.length / 2)
+        stopped = path.root(path.length / 2)
         ground.condition.avoid(stopped, keep=(START, GOAL))
         path, _ = search.find(Budget(), rng, direct=False)
         assert not ground.condition.avoids(path.nodes)
@@ -127,13 +126,13 @@ def test_no_way_over_a_gap(make_ground: Make) -> None:
     assert caught.value.nodes >= 2
     with pytest.raises(TimeLimitReached, match="guide"):
         run(gap, Roadmap(), iterations=10**9, budget=Budget(0.2))
-    asked = iter([False] * 20)
+    answers = iter([False] * 20)
     with pytest.raises(Cancelled, match="guide"):
-        run(gap, Roadmap(), iterations=10**9, budget=Budget(cancelled=lambda: next(asked, True)))
+        run(gap, Roadmap(), iterations=10**9, budget=Budget(cancelled=lambda: next(answers, True)))
 
 
 class Counted:
-    """Counts the edges that are tested."""
+    """Counts tested edges."""
 
     def __init__(self, ground: Any, monkeypatch: pytest.MonkeyPatch) -> None:
         self.count, holds = 0, ground.edges.holds
@@ -156,22 +155,22 @@ def test_a_kept_roadmap_answers_at_once(around: Any, monkeypatch: pytest.MonkeyP
     assert second.count < work
     for seed in range(2, 12):
         run(around, roadmap, seed)
-    assert len(roadmap) <= size + 2  # requests do not pile up
+    assert len(roadmap) <= size + 2  # nodes of earlier requests are removed
 
 
-def test_an_edit_far_away_leaves_nothing_in_doubt(around: Any, make_box: Box) -> None:
+def test_an_edit_far_away_leaves_all_edges_verified(around: Any, make_box: Box) -> None:
     roadmap = Roadmap()
     run(around, roadmap)
     far = make_box("far", np.array([20.0, 20, 0]), np.array([21.0, 21, 1]))
     roadmap.open(around.scene.edited(far), around.condition.radius)
     assert roadmap.edges()
-    assert not any(roadmap.doubtful(i, j) for i, j in roadmap.edges())
+    assert not any(roadmap.unverified(i, j) for i, j in roadmap.edges())
 
 
 def test_a_wall_put_in_the_way_is_gone_around(
     around: Any, make_ground: Make, make_box: Box
 ) -> None:
-    """The gap that the first guide used is closed, another is opened."""
+    """The passage of the first path is closed, another is opened."""
     roadmap = Roadmap()
     first = run(around, roadmap)
     assert first.nodes[:, 1].max() > 0.5
@@ -184,7 +183,7 @@ def test_a_wall_put_in_the_way_is_gone_around(
 
 
 def test_ground_that_is_taken_away_is_no_longer_walked_on(make_ground: Make) -> None:
-    """Two strips of ground beside each other; the one that was used is removed."""
+    """Two strips of ground side by side; the one that the first path uses is removed."""
     ends = [
         make_surface(n, [[a, -2, 0], [b, -2, 0], [b, 2, 0], [a, 2, 0]], 0.5)
         for n, a, b in (("here", -4, -1), ("there", 1, 4))

@@ -1,4 +1,4 @@
-"""The reachability condition: near enough for contact, not so near as to collide."""
+"""Reachability condition: close enough for contact, free of collision."""
 
 from __future__ import annotations
 
@@ -9,15 +9,14 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 
+from rbprm_core.arrays import Array
 from rbprm_core.guide.root import Reachability
-from rbprm_core.guide.root_space import StraightWay
+from rbprm_core.guide.root_space import RootSegment
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface
 
-Array = NDArray[np.float64]
 Box = Callable[..., list[Surface]]
 LEGS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
 
@@ -69,7 +68,7 @@ def test_a_trunk_in_the_ground_fails(
 
 @settings(max_examples=200)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_on_the_plane_it_is_what_the_corners_say(
+def test_on_a_plane_it_agrees_with_the_corners(
     condition: Reachability, hyq_data: RobotData, seed: int
 ) -> None:
     rng = np.random.default_rng(seed)
@@ -79,7 +78,7 @@ def test_on_the_plane_it_is_what_the_corners_say(
     trunk = np.concatenate([piece.corners for piece in hyq_data.trunk]) @ rotation.T + position
     lowest = [
         (corners @ rotation.T + position)[:, 2] for corners in hyq_data.workspaces
-    ]  # HyQ's legs hang on the root joint itself
+    ]  # HyQ's legs are attached to the root joint itself
     margin = min(abs(trunk[:, 2].min()), *(abs(z.min()) for z in lowest))
     if margin > 1e-3:
         wanted = trunk[:, 2].min() > 0 and all(z.min() < 0 < z.max() for z in lowest)
@@ -98,7 +97,7 @@ def test_each_required_limb_needs_a_surface_of_its_own(hyq_data: RobotData) -> N
     assert everywhere.failure(over)[0] in ("lf_leg", "rf_leg")
 
 
-def test_a_surface_of_the_wrong_kind_is_no_support(hyq_data: RobotData) -> None:
+def test_a_surface_of_another_kind_does_not_count(hyq_data: RobotData) -> None:
     ceiling = make_surface("c", [[-5, -5, 0], [-5, 5, 0], [5, 5, 0], [5, -5, 0]], 0.5)
     condition = Reachability(hyq_data, Scene([ceiling]), LEGS)
     assert not condition.holds(at(0, 0, 0.6))
@@ -129,11 +128,11 @@ def test_an_edge_holds_where_all_its_points_do(
 ) -> None:
     rng = np.random.default_rng(seed)
     a, b = (at(*rng.uniform([-1, -1, 0.2], [1, 1, 0.9])) for _ in range(2))
-    wanted = all(condition.holds(StraightWay(a, b).at(i / steps)) for i in range(1, steps + 1))
-    assert condition.edge_holds(StraightWay(a, b), steps) == wanted
+    wanted = all(condition.holds(RootSegment(a, b).at(i / steps)) for i in range(1, steps + 1))
+    assert condition.edge_holds(RootSegment(a, b), steps) == wanted
 
 
-def test_what_is_avoided_fails_but_not_start_and_goal(
+def test_avoided_roots_fail_but_start_and_goal_do_not(
     hyq_data: RobotData, flat_scene: Scene
 ) -> None:
     condition = Reachability(hyq_data, flat_scene, LEGS)
@@ -165,7 +164,7 @@ def test_a_joint_planned_with_the_root_moves_its_limbs(toy_data: RobotData, seed
 
 
 def convex_bodies_meet(a: Array, b: Array) -> bool:
-    """Whether the hulls of two sets of points have a point in common: a linear programme."""
+    """True where the hulls of two sets of points intersect, by a linear programme."""
     equal = np.vstack(
         [
             np.hstack([a.T, -b.T]),

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from rbprm_core.budget import Budget
 from rbprm_core.errors import Cancelled, NoGuideFound, TimeLimitReached
@@ -27,7 +26,6 @@ from rbprm_core.guide.root_space import distance
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface
 
-Array = NDArray[np.float64]
 Box = Callable[..., list[Surface]]
 LEGS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
 START, GOAL = (np.array([x, 0, 0.6, 0, 0, 0, 1]) for x in (-2.0, 2.0))
@@ -36,7 +34,7 @@ BOUNDS = RootBounds(np.array([-3.0, -2, 0.3]), np.array([3.0, 2, 1]), np.array([
 
 @dataclass
 class Search:
-    """A robot in a scene, and the guide search in it."""
+    """A robot in a scene, and the search for paths in it."""
 
     data: RobotData
     scene: Scene
@@ -70,7 +68,7 @@ def open_way(hyq_data: RobotData) -> Search:
 
 @pytest.fixture(scope="module")
 def around(hyq_data: RobotData, make_box: Box) -> Search:
-    """A wall with a way past it on one side."""
+    """A wall that leaves a passage on one side."""
     wall = make_box("wall", np.array([-0.2, -3, 0.0]), np.array([0.2, 0.5, 2.0]))
     return Search(hyq_data, Scene([ground("g", -4, 4), *wall]))
 
@@ -95,14 +93,15 @@ def test_a_path_holds_from_end_to_end(around: Search, seed: int) -> None:
     assert path.nodes[:, 1].max() > 0.5  # past the wall
     assert np.linalg.norm(path.nodes[:, 3:7], axis=1) == pytest.approx(np.ones(len(path.nodes)))
     step, resolution = RrtOptions().step, GuideOptions().resolution
-    assert np.diff(path.marks).max() <= step + 1e-9
-    for mark in np.arange(0, path.length, resolution / 2):
-        root = path.at(mark)
+    assert np.diff(path.arc_lengths).max() <= step + 1e-9
+    for s in np.arange(0, path.length, resolution / 2):
+        root = path.root(s)
         assert around.space.contains(root)
-    for mark in path.marks:
-        assert around.condition.holds(path.at(mark))
+    for s in path.arc_lengths:
+        assert around.condition.holds(path.root(s))
     for a, b in zip(path.nodes, path.nodes[1:], strict=False):
-        assert around.edges.holds(a, b) or around.edges.holds(b, a)  # whichever tree it grew in
+        # An edge was tested in the direction in which its tree grew.
+        assert around.edges.holds(a, b) or around.edges.holds(b, a)
 
 
 def test_the_seed_decides(around: Search) -> None:
@@ -131,9 +130,9 @@ def test_the_time_limit_ends_the_search(gap: Search) -> None:
 
 
 def test_the_caller_may_end_the_search(gap: Search) -> None:
-    asked = iter([False] * 20)
+    answers = iter([False] * 20)
     with pytest.raises(Cancelled, match="guide"):
-        gap.run(budget=Budget(cancelled=lambda: next(asked, True)), iterations=10**9)
+        gap.run(budget=Budget(cancelled=lambda: next(answers, True)), iterations=10**9)
 
 
 def test_samples_are_inside_and_reachable_and_everywhere(around: Search) -> None:
@@ -156,11 +155,11 @@ def test_without_surfaces_samples_still_come(hyq_data: RobotData) -> None:
     assert space.contains(root)
 
 
-def test_a_tree_knows_its_branches_and_its_nearest_node() -> None:
+def test_branches_and_nearest_nodes_of_a_tree() -> None:
     rng = np.random.default_rng(0)
     tree = Tree(START)
     parents = [-1]
-    for _ in range(300):  # more than it holds at first
+    for _ in range(300):  # more than the array's first size
         parent = int(rng.integers(len(tree)))
         node = np.concatenate([rng.uniform(-3, 3, 3), [0, 0, 0, 1]])
         assert tree.add(node, parent) == len(parents)

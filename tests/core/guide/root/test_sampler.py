@@ -1,19 +1,18 @@
-"""Roots drawn where there is no up and down: any side of a surface, any limb."""
+"""Random roots without gravity: on any side of a surface, for any limb."""
 
 from __future__ import annotations
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.guide.root import Reachability, RootBounds, RootSampler, RootSpace
 from rbprm_core.guide.root.sampler import effector_places
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scenario import load_scenario
 from rbprm_core.scene import Scene
 
-Array = NDArray[np.float64]
 NONE = np.zeros(0)
 
 
@@ -22,12 +21,12 @@ def pen_scene() -> Scene:
     return load_scenario("pen").scene()
 
 
-def sampler(data: RobotData, scene: Scene, reach: Array | None) -> RootSampler:
-    """Roots anywhere around the pen, in any orientation."""
+def sampler(data: RobotData, scene: Scene, effectors: Array | None) -> RootSampler:
+    """Sampler of roots around the pen, in any orientation."""
     bounds = RootBounds(np.full(3, -0.4), np.full(3, 0.4), np.array([np.pi, np.pi / 2, np.pi]))
     limbs = tuple(limb.name for limb in data.robot.limbs)
     space = RootSpace(bounds, NONE, NONE)
-    return RootSampler(space, scene, Reachability(data, scene, limbs), data.height, NONE, reach)
+    return RootSampler(space, scene, Reachability(data, scene, limbs), data.height, NONE, effectors)
 
 
 def test_roots_lie_on_all_sides_of_the_pen(allegro_data: RobotData, pen_scene: Scene) -> None:
@@ -55,7 +54,7 @@ def test_some_effector_of_a_candidate_is_on_a_surface(
         assert np.min(offsets) < 1e-9
 
 
-def test_places_are_where_the_kinematics_put_effectors(allegro_data: RobotData) -> None:
+def test_effector_places_agree_with_forward_kinematics(allegro_data: RobotData) -> None:
     robot, places = allegro_data.robot, effector_places(allegro_data)
     scratch = robot.model.createData()
     first = 0

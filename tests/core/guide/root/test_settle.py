@@ -1,10 +1,9 @@
-"""Settling a guide: the root at its preferred height where that holds."""
+"""Settling of a guide: the root moves to its reference height where that is valid."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from rbprm_core.budget import Budget
 from rbprm_core.errors import Cancelled
@@ -13,7 +12,6 @@ from rbprm_core.guide.root.settle import Settler
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, make_surface
 
-Array = NDArray[np.float64]
 LEGS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
 FLAT = [[-2, -3, 0], [6, -3, 0], [6, 3, 0], [-2, 3, 0]]
 
@@ -23,7 +21,7 @@ def way(z: float, length: float = 3.0) -> GuidePath:
 
 
 class Ground:
-    """Polygons, flat ground unless given, and a lowest and highest z of the root."""
+    """Settler on polygons (flat ground by default), with bounds of the root's height in metres."""
 
     def __init__(
         self, data: RobotData, *rings: list[list[float]], low: float = 0.3, high: float = 1.0
@@ -42,13 +40,13 @@ class Ground:
 @pytest.mark.parametrize("z", [0.5, 0.7])
 def test_the_root_rides_at_its_reference_height(hyq_data: RobotData, z: float) -> None:
     settled = Ground(hyq_data).settle(way(z))
-    middle = settled.at(settled.length / 2)
+    middle = settled.root(settled.length / 2)
     assert middle[2] == pytest.approx(hyq_data.height, abs=5e-3)
     assert np.array_equal(settled.nodes[0], way(z).nodes[0])
     assert settled.nodes[-1] == pytest.approx(way(z).nodes[-1])
 
 
-def test_what_is_settled_still_holds(hyq_data: RobotData) -> None:
+def test_a_settled_path_is_valid(hyq_data: RobotData) -> None:
     ground = Ground(hyq_data)
     settled = ground.settle(way(0.5))
     for a, b in zip(settled.nodes, settled.nodes[1:], strict=False):
@@ -77,7 +75,7 @@ def test_over_a_beam_the_root_goes_to_its_middle(hyq_data: RobotData) -> None:
     other = [[3, -2, 0], [6, -2, 0], [6, 2, 0], [3, 2, 0]]
     path = GuidePath(np.array([[-1, 0.2, 0.6, 0, 0, 0, 1], [4, 0.2, 0.6, 0, 0, 0, 1.0]]))
     settled = Ground(hyq_data, bank, beam, other).settle(path)
-    middle = settled.at_all(np.linspace(0.4, 0.6, 9) * settled.length)
+    middle = settled.roots(np.linspace(0.4, 0.6, 9) * settled.length)
     assert middle[:, 1] == pytest.approx(0.425, abs=0.06)
     assert settled.nodes[[0, -1]] == pytest.approx(path.nodes)
 
@@ -98,16 +96,16 @@ def test_before_a_high_step_the_root_stays_where_the_hind_feet_reach_down(
     low = [[-2, -3, 0], [edge, -3, 0], [edge, 3, 0], [-2, 3, 0]]
     high = [[edge, -3, rise], [6, -3, rise], [6, 3, rise], [edge, 3, rise]]
     path = GuidePath(np.array([[0, 0, 0.6, 0, 0, 0, 1], [length, 0, 0.6 + rise, 0, 0, 0, 1.0]]))
-    marks = np.linspace(0, path.length, 31)
+    arc_lengths = np.linspace(0, path.length, 31)
     heights = []
     for stretch in (settle.STRETCH, 100.0):
         monkeypatch.setattr(settle, "STRETCH", stretch)
-        roots = path.at_all(marks)
+        roots = path.roots(arc_lengths)
         heights.append(roots[:, 2] + Ground(hyq_data, low, high).settler._moves(roots)[:, 2])
     held, free = heights
-    depths = [-corners[:, 2].min() for corners in hyq_data.workspaces]  # below the root itself
+    depths = [-corners[:, 2].min() for corners in hyq_data.workspaces]  # below the root
     reach = min(depths) + hyq_data.robot.limbs[0].radius
-    feet = path.at_all(marks)[:, 0] - 0.37  # the hind ones
+    feet = path.roots(arc_lengths)[:, 0] - 0.37  # x of the hind feet
     behind = feet < edge - 0.2
     assert (held[behind] <= 0.96 * reach + 0.01).all()
     assert (free - held).max() > 0.05

@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from rbprm_core.budget import Budget
 from rbprm_core.errors import Cancelled
@@ -15,7 +14,6 @@ from rbprm_core.guide.root_space import distance
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface
 
-Array = NDArray[np.float64]
 Box = Callable[..., list[Surface]]
 LEGS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
 BOUNDS = RootBounds(np.array([-3.0, -3, 0.3]), np.array([3.0, 3, 1]), np.array([0.5, 0.2, 0.2]))
@@ -30,7 +28,7 @@ DETOUR = path_through((-2, 0), (-2, 2), (-1, 2.2), (0, 1.6), (1, 2.2), (2, 2), (
 
 @pytest.fixture(scope="module")
 def edge(hyq_data: RobotData, make_box: Box) -> EdgeTest:
-    """Flat ground with a block in the straight way."""
+    """Flat ground with a block between start and goal."""
     corners = [[-5, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]]
     block = make_box("block", np.array([-0.3, -0.5, 0.0]), np.array([0.3, 0.5, 2.0]))
     scene = Scene([make_surface("g", corners, 0.5), *block])
@@ -49,7 +47,7 @@ def test_a_shorter_way_that_holds(edge: EdgeTest, seed: int) -> None:
         assert float(distance(a, b)) < 1e-9 or edge.holds(a, b)
 
 
-def test_every_loop_is_a_gain_or_nothing(edge: EdgeTest) -> None:
+def test_no_loop_makes_a_path_longer(edge: EdgeTest) -> None:
     lengths = [
         shorten(DETOUR, edge, loops, Budget(), np.random.default_rng(0)).length
         for loops in (0, 1, 2, 4, 8, 16, 32)

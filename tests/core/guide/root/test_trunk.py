@@ -1,4 +1,4 @@
-"""The trunk along an edge: nothing is stepped over, and what is free is taken as free."""
+"""Collision of the trunk along an edge: no obstacle is missed, and free edges are accepted."""
 
 from __future__ import annotations
 
@@ -8,18 +8,17 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.guide.root import EdgeTest, Reachability, RootBounds, RootSpace
-from rbprm_core.guide.root.trunk import CLEARANCE, TrunkTest, levers
-from rbprm_core.guide.root_space import StraightWay
+from rbprm_core.guide.root.trunk import CLEARANCE, TrunkTest, lever_arms
+from rbprm_core.guide.root_space import RootSegment
 from rbprm_core.robot.bodies import convex
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.volumes import TrunkPiece
 from rbprm_core.scene import Scene
 from rbprm_core.scene.triangles import mesh_shape
 
-Array = NDArray[np.float64]
 WIDE = RootBounds(np.full(3, -10.0), np.full(3, 10.0), np.full(3, 4.0))
 
 
@@ -29,7 +28,7 @@ def at(position: Array, turn: Array | None = None) -> Array:
 
 
 def plate(point: Array, normal: Array, size: float) -> Array:
-    """Two triangles (2, 3, 3) of a square of no thickness about a point."""
+    """Two triangles (2, 3, 3) of a square around a point, m."""
     normal = normal / np.linalg.norm(normal)
     u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     u /= np.linalg.norm(u)
@@ -39,8 +38,8 @@ def plate(point: Array, normal: Array, size: float) -> Array:
 
 
 def sampled(test: TrunkTest, a: Array, b: Array, steps: int) -> bool:
-    """Whether a piece hits at one of some points: what cannot prove that an edge is free."""
-    return any(test.hits(root) for root in StraightWay(a, b).at_all(np.arange(steps + 1) / steps))
+    """True where a piece hits at one of some points; cannot prove that an edge is free."""
+    return any(test.hits(root) for root in RootSegment(a, b).at_all(np.arange(steps + 1) / steps))
 
 
 def box_trunk(data: RobotData, half: tuple[float, float, float]) -> list[TrunkPiece]:
@@ -50,7 +49,7 @@ def box_trunk(data: RobotData, half: tuple[float, float, float]) -> list[TrunkPi
 
 @pytest.mark.parametrize("angle", [0.0, 0.3, 0.8])
 def test_a_thin_wall_is_not_stepped_over(hyq_data: RobotData, angle: float) -> None:
-    """A wall of 1 mm between two points of the old sub-sampling, which saw neither side of it."""
+    """A wall of 1 mm that lies between sampled points of the edge."""
     piece = box_trunk(hyq_data, (0.005, 0.2, 0.1))  # thinner than 5 cm along its way
     normal = np.array([np.cos(angle), np.sin(angle), 0.0])
     low = plate(np.array([0.475, 0, 0.5]), normal, 0.02)
@@ -58,12 +57,12 @@ def test_a_thin_wall_is_not_stepped_over(hyq_data: RobotData, angle: float) -> N
     test = TrunkTest(hyq_data.robot, piece, mesh_shape(wall))
     a, b = at(np.array([0.0, 0, 0.5])), at(np.array([1.0, 0, 0.5]))
     assert not sampled(test, a, b, 20)  # 5 cm apart
-    assert test.sweep_hits(StraightWay(a, b))
-    assert test.sweep_hits(StraightWay(b, a))
+    assert test.sweep_hits(RootSegment(a, b))
+    assert test.sweep_hits(RootSegment(b, a))
 
 
 def test_a_thin_wall_stops_an_edge(hyq_data: RobotData, flat_scene: Scene) -> None:
-    """In small steps and large, an edge through a thin wire fails that its points alone pass."""
+    """An edge through a thin wire fails although its ends are valid, for short and long edges."""
     lengths = np.concatenate([p.corners for p in hyq_data.trunk])
     x = float(lengths[:, 0].max()) + 0.024
     wire = plate(np.array([x, 0.0, 0.62]), np.array([0.0, 0.4, 1.0]), 5e-4)
@@ -83,21 +82,21 @@ def test_a_thin_wall_stops_an_edge(hyq_data: RobotData, flat_scene: Scene) -> No
 
 @settings(max_examples=60)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_what_is_said_to_be_free_is_free_everywhere(hyq_data: RobotData, seed: int) -> None:
+def test_a_free_edge_is_free_everywhere(hyq_data: RobotData, seed: int) -> None:
     rng = np.random.default_rng(seed)
     plates = [plate(rng.uniform(-0.6, 0.6, 3), rng.normal(size=3), 0.05) for _ in range(3)]
     test = TrunkTest(hyq_data.robot, hyq_data.trunk, mesh_shape(np.concatenate(plates)))
     a, b = (at(rng.uniform(-0.7, 0.7, 3), rng.uniform(-1, 1, 3)) for _ in range(2))
-    hits = test.sweep_hits(StraightWay(a, b))
+    hits = test.sweep_hits(RootSegment(a, b))
     assert hits or not sampled(test, a, b, 300)
-    if hits:  # and what is said to be blocked comes near at least
+    if hits:  # a refused edge comes near the mesh at least
         assert min_distance(hyq_data, np.concatenate(plates), a, b) < 4 * CLEARANCE + 5e-3
 
 
 def min_distance(data: RobotData, triangles: Array, a: Array, b: Array) -> float:
     mesh, shape = mesh_shape(triangles), convex(data.trunk[0].corners)
     found = []
-    for root in StraightWay(a, b).at_all(np.arange(301) / 300):
+    for root in RootSegment(a, b).at_all(np.arange(301) / 300):
         place = coal.Transform3s(pin.Quaternion(root[3:7]).matrix(), root[:3])
         request, result = coal.DistanceRequest(), coal.DistanceResult()
         found.append(coal.distance(shape, place, mesh, coal.Transform3s(), request, result))
@@ -107,8 +106,8 @@ def min_distance(data: RobotData, triangles: Array, a: Array, b: Array) -> float
 def test_standing_still_is_a_test_of_one_point(hyq_data: RobotData, flat_scene: Scene) -> None:
     test = TrunkTest(hyq_data.robot, hyq_data.trunk, flat_scene.shape)
     above, inside = at(np.array([0, 0, 0.6])), at(np.array([0, 0, 0.0]))
-    assert not test.sweep_hits(StraightWay(above, above))
-    assert test.sweep_hits(StraightWay(inside, inside))
+    assert not test.sweep_hits(RootSegment(above, above))
+    assert test.sweep_hits(RootSegment(inside, inside))
 
 
 def test_no_trunk_hits_nothing(hyq_data: RobotData, flat_scene: Scene) -> None:
@@ -116,17 +115,17 @@ def test_no_trunk_hits_nothing(hyq_data: RobotData, flat_scene: Scene) -> None:
     a, b = at(np.array([0, 0, 0.5])), at(np.array([0, 0, -0.5]))
     assert test.radius == 0.0
     assert not test.hits(a)
-    assert not test.sweep_hits(StraightWay(a, b))
+    assert not test.sweep_hits(RootSegment(a, b))
 
 
 @settings(max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_a_body_moves_no_farther_than_its_levers_say(toy_data: RobotData, seed: int) -> None:
-    """Over the root's turn and the joint planned with it."""
+def test_a_body_moves_no_farther_than_its_lever_arms_allow(toy_data: RobotData, seed: int) -> None:
+    """For rotations of the root and motions of the joint planned with it."""
     rng = np.random.default_rng(seed)
     robot, joint = toy_data.robot, toy_data.robot.root_joints[0]
     corners = rng.uniform(-0.3, 0.3, (6, 3))
-    bound = levers(robot, joint, corners)
+    bound = lever_arms(robot, joint, corners)
     placed = []
     roots = []
     for _ in range(2):
@@ -140,6 +139,6 @@ def test_a_body_moves_no_farther_than_its_levers_say(toy_data: RobotData, seed: 
         roots.append(root)
     a, b = roots
     angle = pin.Quaternion(a[3:7]).angularDistance(pin.Quaternion(b[3:7]))
-    most = np.linalg.norm(b[:3] - a[:3]) + bound @ np.array([angle, abs(b[7] - a[7])])
-    assert np.linalg.norm(placed[1] - placed[0], axis=1).max() <= most + 1e-9
+    limit = np.linalg.norm(b[:3] - a[:3]) + bound @ np.array([angle, abs(b[7] - a[7])])
+    assert np.linalg.norm(placed[1] - placed[0], axis=1).max() <= limit + 1e-9
     assert np.linalg.norm(placed[0] - a[:3], axis=1).max() <= bound[0] + 1e-9

@@ -1,26 +1,26 @@
-"""The test of a straight edge between two root configurations: bounds and reachability."""
+"""Validity of a straight edge between two root configurations: bounds and reachability."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.guide.root.reachability import Reachability
-from rbprm_core.guide.root_space import RootSpace, StraightWay
-
-Array = NDArray[np.float64]
+from rbprm_core.guide.root_space import RootSegment, RootSpace
 
 
 class EdgeTest:
-    """What decides whether a guide may go straight from one root configuration to another.
+    """Test of edges: whether a guide may go straight from one root configuration to another.
 
-    The bounds and the clearance of the trunk are kept at every point of an edge that holds; that
-    the limbs reach surfaces is tested at points `resolution` apart.
+    On a valid edge, every point keeps the bounds and has a trunk free of collision. Whether the
+    limbs reach surfaces is tested at points a resolution apart.
 
     Args:
-        resolution: metres (rotations count as in `distance`).
+        space: bounds of the root.
+        reachability: reachability condition in the scene.
+        resolution: distance between tested points, m (rotations count as in `distance`).
     """
 
     def __init__(self, space: RootSpace, reachability: Reachability, resolution: float) -> None:
@@ -28,18 +28,27 @@ class EdgeTest:
         self._resolution = resolution
 
     def holds(self, a: Array, b: Array) -> bool:
-        """True where bounds and reachability hold from a (known to hold) to b."""
-        # Bounds last: hardly an edge between two roots that keep them breaks them.
-        way = StraightWay(a, b)
-        return self.reachability.edge_holds(way, self._steps(way)) and self.space.contains_edge(
-            a, b
-        )
+        """True where bounds and reachability hold on the edge from a to b.
+
+        Args:
+            a: (7 + j,) first root configuration, known to be valid.
+            b: (7 + j,) last root configuration.
+        """
+        # Bounds last: an edge between two roots within the bounds seldom breaks them.
+        edge = RootSegment(a, b)
+        steps = self._steps(edge)
+        return self.reachability.edge_holds(edge, steps) and self.space.contains_segment(a, b)
 
     def avoids(self, a: Array, b: Array) -> bool:
-        """True where the edge passes a root that the condition has been told to avoid."""
-        way = StraightWay(a, b)
-        steps = self._steps(way)
-        return self.reachability.avoids(way.at_all(np.arange(steps + 1) / steps))
+        """True where the edge passes near a root configuration that must be avoided.
 
-    def _steps(self, way: StraightWay) -> int:
-        return max(1, math.ceil(way.length / self._resolution))
+        Args:
+            a: (7 + j,) first root configuration.
+            b: (7 + j,) last root configuration.
+        """
+        edge = RootSegment(a, b)
+        steps = self._steps(edge)
+        return self.reachability.avoids(edge.at_all(np.arange(steps + 1) / steps))
+
+    def _steps(self, edge: RootSegment) -> int:
+        return max(1, math.ceil(edge.length / self._resolution))

@@ -1,4 +1,4 @@
-"""The guide planners by name."""
+"""The searches for root paths by name."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from rbprm_core.guide.guide_options import GuideOptions
 from rbprm_core.guide.roadmap import Roadmap
 from rbprm_core.guide.root.prm import PrmSearch
 from rbprm_core.guide.root.rrt import RrtSearch
-from rbprm_core.guide.root.search import GuideSearch, RootProblem
+from rbprm_core.guide.root.search import RootProblem, RootSearch
 
-PLANNERS: dict[str, Callable[[RootProblem, GuideOptions, Callable[[], Roadmap]], GuideSearch]] = {
+PLANNERS: dict[str, Callable[[RootProblem, GuideOptions, Callable[[], Roadmap]], RootSearch]] = {
     "rrt": lambda problem, options, roadmap: RrtSearch(problem, options.rrt),
     "prm": lambda problem, options, roadmap: PrmSearch(problem, roadmap(), options.prm),
 }
@@ -18,11 +18,6 @@ PLANNERS: dict[str, Callable[[RootProblem, GuideOptions, Callable[[], Roadmap]],
 
 def make_search(
     problem: RootProblem, options: GuideOptions, roadmap: Callable[[], Roadmap] = Roadmap
-) -> GuideSearch:
-    """The guide planner that the options name, at work on a problem.
-
-    Args:
-        roadmap: gives the roadmap to work on, opened for the problem's scene; called only by a
-            planner that uses one.
-    """
+) -> RootSearch:
+    """The search that the options name, at work on a problem."""
     return PLANNERS[options.planner](problem, options, roadmap)

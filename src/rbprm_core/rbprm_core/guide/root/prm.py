@@ -1,133 +1,141 @@
-"""Visibility-PRM over the reachability condition (RB-PRM, paper 004, section II-A)."""
+"""Visibility PRM under the reachability condition (RB-PRM)."""
 
 from __future__ import annotations
 
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.budget import Budget
 from rbprm_core.errors import NoGuideFound
 from rbprm_core.guide.guide_options import PrmOptions
 from rbprm_core.guide.roadmap import Roadmap
 from rbprm_core.guide.root.path import GuidePath
-from rbprm_core.guide.root.search import GuideSearch, RootProblem
-from rbprm_core.guide.root_space import StraightWay, distance
+from rbprm_core.guide.root.search import RootProblem, RootSearch
+from rbprm_core.guide.root_space import RootSegment, distance
 
-Array = NDArray[np.float64]
-
-DETOURS = 10  # samples tried for a detour
-DETOUR = 3.0  # factor by which a random price may lengthen an edge where another way is asked for
+DETOUR_SAMPLES = 10  # samples tried for a detour
+DETOUR_FACTOR = 3.0  # maximum random factor on an edge's cost, when a different path is needed
 
 
-class PrmSearch(GuideSearch):
-    """Visibility-PRM (Simeon, Laumond and Nissoux, 2000) between start and goal.
+class PrmSearch(RootSearch):
+    """Visibility PRM (Siméon et al. 2000) between start and goal.
 
-    A sample that sees no node of the roadmap becomes a guard, one that sees several of its parts
-    joins them as a connector, any other is redundant. Sampling ends when start and goal are
-    connected. Start and goal are samples themselves, kept for this request alone where the rule
-    calls them redundant. What the roadmap holds from earlier requests is tested again only where
-    the scene changed near it, and only once a way leads over it.
+    A sample from which no node of the roadmap is visible becomes a guard. A sample from which
+    several connected components are visible joins them as a connector. Any other sample is
+    redundant. Sampling ends when start and goal are connected.
+
+    Start and goal are samples themselves; where they are redundant, they are kept for this request
+    only. What the roadmap holds from earlier requests is tested again only where the scene has
+    changed near it, and only when a path uses it.
 
     Args:
-        roadmap: opened for the problem's scene. Where it holds something already, the guides
-            depend on its history, no longer on request and seed alone.
+        problem: start, goal and the tests of what lies between them.
+        roadmap: roadmap opened for the problem's scene. If it is not empty, paths depend on its
+            history, and not on request and seed alone.
+        options: number of neighbours and of iterations.
     """
 
     def __init__(self, problem: RootProblem, roadmap: Roadmap, options: PrmOptions) -> None:
         self._problem, self._edges = problem, problem.edges
         self._roadmap, self._options = roadmap, options
         self._ends: tuple[int, int] | None = None
-        self._shunned: set[tuple[int, int]] = set()  # edges past a root that is to be avoided
+        self._excluded: set[tuple[int, int]] = set()  # edges that pass an avoided root
 
     def find(
         self, budget: Budget, rng: np.random.Generator, *, direct: bool = True
     ) -> tuple[GuidePath, int]:
+        """See `RootSearch.find`; the number of nodes is that of the roadmap."""
         start, goal = self._problem.start, self._problem.goal
         if direct and self._edges.holds(start, goal):
             return GuidePath(np.array([start, goal])), 2
         if self._ends is None:
             self._ends = self._attach(start), self._attach(goal)
-        price = 1.0 if direct else DETOUR
+        factor = 1.0 if direct else DETOUR_FACTOR
         if not direct:
             self._add_detour(rng)
         iterations = self._options.iterations
         changed = True
         for i in range(iterations):
             budget.check("guide", i / iterations)
-            path = self._way(*self._ends, budget, rng, price) if changed else None
+            path = self._cheapest_path(*self._ends, budget, rng, factor) if changed else None
             if path is not None:
                 return path, len(self._roadmap)
-            self._ends = self._restored(self._ends)
+            self._ends = self._reattached(self._ends)
             sample = self._problem.sampler.draw(rng)
-            changed = sample is not None and self._offer(sample)
+            changed = sample is not None and self._add_if_useful(sample)
         reason = (
             f"{iterations} samples did not connect start and goal; the roadmap has "
-            f"{len(self._roadmap)} nodes in {len(set(self._roadmap.parts().values()))} parts: "
+            f"{len(self._roadmap)} nodes in {len(set(self._roadmap.components().values()))} parts: "
             "widen the root bounds, require fewer limbs, or raise the iterations"
         )
         raise NoGuideFound(reason, len(self._roadmap))
 
-    def _way(
-        self, start: int, goal: int, budget: Budget, rng: np.random.Generator, price: float
+    def _cheapest_path(
+        self, start: int, goal: int, budget: Budget, rng: np.random.Generator, factor: float
     ) -> GuidePath | None:
-        """The cheapest way over edges that hold, testing those in doubt; None where there is none.
+        """Cheapest path over valid edges, after testing unverified ones; None where none exists.
 
         Args:
-            price: up to which edges are made dearer at random, for another way than the cheapest.
+            start: number of the start's node.
+            goal: number of the goal's node.
+            budget: checked before each search, in stage "guide".
+            rng: source of random numbers.
+            factor: maximum random factor on the costs of edges, for a path that is not the
+                shortest; 1 for none.
         """
-        roadmap, prices = self._roadmap, {}
+        roadmap, costs = self._roadmap, dict[tuple[int, int], float]()
 
         def cost(i: int, j: int) -> float:
-            if (i, j) in self._shunned:
+            if (i, j) in self._excluded:
                 return np.inf
-            if (i, j) not in prices:
-                span = StraightWay(roadmap.nodes[i].root, roadmap.nodes[j].root).length
-                prices[i, j] = max(span, 1e-9) * (rng.uniform(1.0, price) if price > 1 else 1.0)
-            return prices[i, j]
+            if (i, j) not in costs:
+                length = RootSegment(roadmap.nodes[i].root, roadmap.nodes[j].root).length
+                costs[i, j] = max(length, 1e-9) * (rng.uniform(1.0, factor) if factor > 1 else 1.0)
+            return costs[i, j]
 
         while start in roadmap.nodes and goal in roadmap.nodes:
             budget.check("guide")
-            way = roadmap.shortest(start, goal, cost)
-            if way is None:
+            numbers = roadmap.shortest(start, goal, cost)
+            if numbers is None:
                 return None
-            if all(self._passable(i, j) for i, j in pairwise(way)):
-                return GuidePath(np.array([roadmap.nodes[i].root for i in way]))
+            if all(self._usable(i, j) for i, j in pairwise(numbers)):
+                return GuidePath(np.array([roadmap.nodes[i].root for i in numbers]))
         return None
 
-    def _passable(self, i: int, j: int) -> bool:
-        """True where an edge may be taken; one that may not is shunned or dropped."""
+    def _usable(self, i: int, j: int) -> bool:
+        """True where a path may use an edge; one that it may not use is excluded or removed."""
         roadmap, nodes = self._roadmap, self._roadmap.nodes
         if i not in nodes or j not in nodes:
             return False
         a, b = nodes[i].root, nodes[j].root
         if self._edges.avoids(a, b):
-            self._shunned.add((min(i, j), max(i, j)))
+            self._excluded.add((min(i, j), max(i, j)))
             return False
-        if not roadmap.doubtful(i, j):
+        if not roadmap.unverified(i, j):
             return True
-        if nodes[i].doubtful and not self._edges.reachability.holds(a):
-            roadmap.drop_node(i)
+        if nodes[i].unverified and not self._edges.reachability.holds(a):
+            roadmap.remove_node(i)
             return False
         if not self._edges.holds(a, b):
-            roadmap.drop_edge(i, j)
+            roadmap.remove_edge(i, j)
             return False
         roadmap.confirm(i, j)
         return True
 
     def _attach(self, root: Array) -> int:
-        """Number of the node at start or goal, with edges to what it sees."""
+        """Number of the node at start or goal, connected to all visible nodes nearby."""
         for number, node in self._roadmap.nodes.items():
             if np.array_equal(node.root, root):
                 return number
-        seen = [number for numbers in self._seen(root, every=True) for number in numbers]
-        parts = self._roadmap.parts()
-        passing = len({parts[number] for number in seen}) == 1
-        return self._roadmap.add(root, seen, passing)
+        visible = [number for numbers in self._visible(root, every=True) for number in numbers]
+        components = self._roadmap.components()
+        redundant = len({components[number] for number in visible}) == 1
+        return self._roadmap.add(root, visible, temporary=redundant)
 
-    def _restored(self, ends: tuple[int, int]) -> tuple[int, int]:
-        """Start and goal, attached anew where a test in doubt dropped them."""
+    def _reattached(self, ends: tuple[int, int]) -> tuple[int, int]:
+        """Numbers of start and goal, attached again where a test has removed them."""
         roots = (self._problem.start, self._problem.goal)
         first, last = (
             number if number in self._roadmap.nodes else self._attach(root)
@@ -135,48 +143,52 @@ class PrmSearch(GuideSearch):
         )
         return first, last
 
-    def _offer(self, sample: Array) -> bool:
-        """Add a sample that is a guard or a connector; True where it was."""
-        seen = [numbers[0] for numbers in self._seen(sample, every=False)]
-        if len(seen) != 1:
-            self._roadmap.add(sample, seen)
-        return len(seen) != 1
+    def _add_if_useful(self, sample: Array) -> bool:
+        """Add a sample that is a guard or a connector; True where it is one."""
+        visible = [numbers[0] for numbers in self._visible(sample, every=False)]
+        if len(visible) != 1:
+            self._roadmap.add(sample, visible)
+        return len(visible) != 1
 
     def _add_detour(self, rng: np.random.Generator) -> None:
-        """Add a sample that sees two nodes at least, redundant or not: another way."""
-        for _ in range(DETOURS):
+        """Add a sample with two or more visible nodes, redundant or not, for a different path."""
+        for _ in range(DETOUR_SAMPLES):
             sample = self._problem.sampler.draw(rng)
             if sample is None:
                 continue
-            seen = [number for numbers in self._seen(sample, every=True) for number in numbers]
-            if len(seen) > 1:
-                self._roadmap.add(sample, seen)
+            visible = [n for numbers in self._visible(sample, every=True) for n in numbers]
+            if len(visible) > 1:
+                self._roadmap.add(sample, visible)
                 return
 
-    def _seen(self, root: Array, every: bool) -> list[list[int]]:
-        """Of each part in sight, the nearest node that a root sees, or (every) all such nodes.
+    def _visible(self, root: Array, every: bool) -> list[list[int]]:
+        """Numbers of visible nodes (valid edge from the root), one list a connected component.
 
-        Only the nearest few nodes of each part are looked at. Start and goal are left to `find`:
-        an edge between them would be the straight way once more.
+        Only the nearest few nodes of each component are tested. An edge between start and goal is
+        not: `find` has tested it.
+
+        Args:
+            root: (7 + j,) root configuration.
+            every: True for all visible nodes, False for the nearest one of each component.
         """
-        nodes, parts = self._roadmap.nodes, self._roadmap.parts(self._shunned)
+        nodes, components = self._roadmap.nodes, self._roadmap.components(self._excluded)
         if not nodes:
             return []
         ends = (self._problem.start, self._problem.goal)
         is_end = any(root is end for end in ends)
         numbers = np.array(list(nodes))
-        spans = distance(np.array([node.root for node in nodes.values()]), root)
-        looked: dict[int, int] = {}
-        seen: dict[int, list[int]] = {}
-        for number in numbers[np.argsort(spans, kind="stable")].tolist():
-            part = parts[number]
+        distances = distance(np.array([node.root for node in nodes.values()]), root)
+        tested: dict[int, int] = {}
+        visible: dict[int, list[int]] = {}
+        for number in numbers[np.argsort(distances, kind="stable")].tolist():
+            component = components[number]
             other = nodes[number].root
             if is_end and any(np.array_equal(other, end) for end in ends):
                 continue
-            enough = looked.get(part, 0) >= self._options.neighbours
-            if enough or (part in seen and not every):
+            enough = tested.get(component, 0) >= self._options.neighbours
+            if enough or (component in visible and not every):
                 continue
-            looked[part] = looked.get(part, 0) + 1
+            tested[component] = tested.get(component, 0) + 1
             if self._edges.holds(root, other):
-                seen.setdefault(part, []).append(number)
-        return list(seen.values())
+                visible.setdefault(component, []).append(number)
+        return list(visible.values())

@@ -1,7 +1,7 @@
 """The reachability condition: close enough to make contact, not so close as to collide.
 
-Equation (4) with a requirement per limb: the scaled trunk W0_s is free, and the workspace Wk of
-every required limb meets a surface that the limb may use.
+Tonneau et al. 2018, equation (4), with a requirement per limb: the scaled trunk $W_0^s$ is free of
+collision, and the workspace $W_k$ of every required limb meets a surface that the limb may use.
 """
 
 from __future__ import annotations
@@ -9,32 +9,38 @@ from __future__ import annotations
 import coal
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array, IntArray
 from rbprm_core.budget import Budget
-from rbprm_core.guide.root.equilibrium import EquilibriumTest
-from rbprm_core.guide.root.placements import RootPlacements
-from rbprm_core.guide.root.trunk import TrunkTest, levers
-from rbprm_core.guide.root_space import StraightWay, distance
+from rbprm_core.guide.root.root_equilibrium import EquilibriumTest
+from rbprm_core.guide.root.root_kinematics import RootKinematics
+from rbprm_core.guide.root.trunk import TrunkTest, lever_arms
+from rbprm_core.guide.root_space import RootSegment, distance
 from rbprm_core.robot.bodies import convex
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.model import ROOT_JOINT
 from rbprm_core.scene import Scene
 
-Array = NDArray[np.float64]
-
-AVOIDED = 0.12  # metres (rotations count as in `distance`)
-AVOIDED_SHARE = 0.2  # of the limbs' reach, for robots so small that it is less, such as a hand
-SPARSE = 4  # points of an edge for one at which equilibrium, the dear part, is tested
+AVOIDED_RADIUS = 0.12  # m (rotations count as in `distance`)
+AVOIDED_SHARE = 0.2  # of the limbs' reach; for robots so small that this is less, such as a hand
+EQUILIBRIUM_INTERVAL = 4  # equilibrium, which is expensive, is tested at every fourth point
 
 
 class Reachability:
-    """The condition for one robot in one scene. Not thread-safe: it holds scratch data.
+    """Reachability condition of one robot in one scene.
+
+    Not thread-safe: it holds scratch data.
 
     Args:
+        data: robot with its trunk volumes and limb workspaces.
+        scene: scene in the planning frame.
         required: names of the limbs whose workspace must meet a surface.
-        equilibrium: what else must hold where a root is tested, None for the plain condition.
+        equilibrium: further condition on tested roots; None for none.
         budget: polled at every test; None for no limit.
+
+    Attributes:
+        radius: distance from the root's position within which the scene decides about the
+            condition, m.
     """
 
     def __init__(
@@ -55,40 +61,44 @@ class Reachability:
             for k, limb in enumerate(data.robot.limbs)
             if limb.name in required
         ]
-        self._bases = RootPlacements(data.robot, [limb.base for limb, _, _ in self._limbs])
+        self._bases = RootKinematics(data.robot, [limb.base for limb, _, _ in self._limbs])
         reaches = [
-            levers(data.robot, limb.base, data.workspaces[k])[0]
+            lever_arms(data.robot, limb.base, data.workspaces[k])[0]
             for k, limb in enumerate(data.robot.limbs)
             if limb.name in required
         ]
         self.radius = max(self._trunk.radius, *reaches, 0.0)
-        """Metres around the root's position within which a scene decides about the condition."""
         reach = max(float(np.linalg.norm(w, axis=1).max()) for w in data.workspaces)
-        self._clearance = min(AVOIDED, AVOIDED_SHARE * reach)
+        self._avoided_radius = min(AVOIDED_RADIUS, AVOIDED_SHARE * reach)
         self._equilibrium = equilibrium
         self._still = coal.Transform3s()
         self._request, self._result = coal.CollisionRequest(), coal.CollisionResult()
         self._avoided = np.zeros((0, len(data.robot.root_index)))
 
     def avoid(self, root: Array, keep: tuple[Array, ...]) -> None:
-        """Take a root configuration, and what lies near it, as a false positive.
+        """Treat a root configuration and its neighbourhood as a false positive of the condition.
 
-        Near is within AVOIDED metres, or less for a small robot. The condition is an approximation;
-        a root at which the sequence stopped has shown it wrong there, and the next guide has to
-        pass it by. Nothing near the configurations to keep (start and goal) is avoided, or there
-        would be no guide at all.
+        The condition is an approximation. A root at which a contact sequence stopped has shown it
+        wrong, so that the next guide must avoid all roots within `AVOIDED_RADIUS` of it, or less
+        for a small robot. Near the roots to keep (start and goal) nothing is avoided, because no
+        guide would be left.
+
+        Args:
+            root: (7 + j,) root configuration to avoid.
+            keep: root configurations (7 + j,) that stay valid.
         """
-        if all(float(distance(root, kept)) > self._clearance for kept in keep):
+        if all(float(distance(root, kept)) > self._avoided_radius for kept in keep):
             self._avoided = np.vstack([self._avoided, root])
 
     def forget(self) -> None:
-        """Avoid nothing any more."""
+        """Avoid no root configuration any more."""
         self._avoided = self._avoided[:0]
 
     def avoids(self, roots: Array) -> bool:
-        """True where one of some root configurations (n, 7 + j) is near to an avoided one."""
+        """True where any of some root configurations (n, 7 + j) is near an avoided one."""
         return any(
-            float(distance(roots, avoided).min()) < self._clearance for avoided in self._avoided
+            float(distance(roots, avoided).min()) < self._avoided_radius
+            for avoided in self._avoided
         )
 
     def holds(self, root: Array) -> bool:
@@ -102,12 +112,16 @@ class Reachability:
         )
 
     def failure(self, root: Array) -> tuple[str, str]:
-        """Limb ("" for the trunk) and reason why the condition fails; ("", "") where it holds."""
+        """Limb ("" for the trunk) and reason why the condition fails; ("", "") where it holds.
+
+        Args:
+            root: (7 + j,) root configuration.
+        """
         blocked = self.blocked(root)
         if blocked:
             return "", blocked
         for (limb, workspace, shape), placement in zip(
-            self._limbs, self._bases.at(root), strict=True
+            self._limbs, self._bases.placements(root), strict=True
         ):
             kinds = " or ".join(limb.surfaces)
             if shape is None:
@@ -119,7 +133,7 @@ class Reachability:
         return "", ""
 
     def blocked(self, root: Array) -> str:
-        """Why the trunk cannot be at a root configuration, "" where it can."""
+        """Reason why the trunk cannot be at a root configuration (7 + j,); "" where it can."""
         rotation = pin.Quaternion(root[3:7]).matrix()
         if self._scene.encloses(rotation @ self._trunk_middle + root[:3]):
             return "the trunk is inside an obstacle"
@@ -128,21 +142,25 @@ class Reachability:
             return f"the trunk, scaled by {scale:g}, collides with the environment"
         return ""
 
-    def edge_holds(self, way: StraightWay, steps: int) -> bool:
-        """True where the condition holds on a way, its beginning left out.
+    def edge_holds(self, edge: RootSegment, steps: int) -> bool:
+        """True where the condition holds on an edge whose first root is known to be valid.
 
-        The trunk is free all along; the limbs' reach is tested at `steps` points of the way, and
-        equilibrium at each SPARSE-th of them. Coarse to fine: an edge that fails mostly fails at
-        its end or near its middle.
+        The trunk is tested along the whole edge, the limbs' reach at points, and equilibrium at
+        some of these points. Points go from coarse to fine, because an edge that fails mostly
+        fails at its end or near its middle.
+
+        Args:
+            edge: edge between two root configurations.
+            steps: number of points, evenly spaced, the edge's end being the last.
         """
         self._budget.poll()
-        roots = way.at_all(_coarse_to_fine(steps) / steps)
+        roots = edge.at_all(_coarse_to_fine(steps) / steps)
         return (
             not self.avoids(roots)
             and self._reaches(roots[0])
-            and not self._trunk.sweep_hits(way)
+            and not self._trunk.sweep_hits(edge)
             and all(self._reaches(root) for root in roots[1:])
-            and all(self._balances(root) for root in roots[: -(-steps // SPARSE)])
+            and all(self._balances(root) for root in roots[: -(-steps // EQUILIBRIUM_INTERVAL)])
         )
 
     def _reaches(self, root: Array) -> bool:
@@ -150,12 +168,12 @@ class Reachability:
         return all(
             shape is not None and self._meets(workspace, placement, shape)
             for (_, workspace, shape), placement in zip(
-                self._limbs, self._bases.at(root), strict=True
+                self._limbs, self._bases.placements(root), strict=True
             )
         )
 
     def _balances(self, root: Array) -> bool:
-        """True where equilibrium is possible, or is not asked for."""
+        """True where equilibrium is possible or not required."""
         if self._equilibrium is None:
             return True
         self._budget.poll()
@@ -169,8 +187,8 @@ class Reachability:
         return bool(self._result.isCollision())
 
 
-def _coarse_to_fine(steps: int) -> NDArray[np.int_]:
-    """The numbers 1 to `steps`, the last first, then those that halve the gaps left."""
+def _coarse_to_fine(steps: int) -> IntArray:
+    """Numbers 1 to `steps`, the last one first, then those that halve the remaining gaps."""
     numbers = np.arange(1, steps + 1)
     even = np.where(numbers == steps, steps * 2, numbers & -numbers)  # largest power of 2 within
     return np.asarray(numbers[np.argsort(-even, kind="stable")])

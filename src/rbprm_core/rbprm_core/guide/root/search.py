@@ -1,4 +1,4 @@
-"""What every guide planner is asked, and how it answers."""
+"""Interface of the searches for root paths, which `RootGuidePlanner` shortens and settles."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.budget import Budget
 from rbprm_core.guide.root.edge import EdgeTest
 from rbprm_core.guide.root.path import GuidePath
 from rbprm_core.guide.root.sampler import RootSampler
 
-Array = NDArray[np.float64]
-
 
 @dataclass(frozen=True, eq=False)
 class RootProblem:
-    """Start and goal, and what decides about the ways between them.
+    """Input of a search: start, goal, and the tests of what lies between them.
 
     Attributes:
-        start, goal: (7 + j,) root configurations, known to hold.
-        edges: the test of an edge. sampler: of roots that hold.
+        start: (7 + j,) root configuration, known to be valid.
+        goal: (7 + j,) root configuration, known to be valid.
+        edges: test of edges.
+        sampler: sampler of valid root configurations.
     """
 
     start: Array
@@ -31,18 +31,23 @@ class RootProblem:
     sampler: RootSampler
 
 
-class GuideSearch(ABC):
-    """A guide planner at work on one problem; asked again where its guides led nowhere."""
+class RootSearch(ABC):
+    """Search at work on one problem; used again where no contact sequence follows its path."""
 
     @abstractmethod
     def find(
         self, budget: Budget, rng: np.random.Generator, *, direct: bool = True
     ) -> tuple[GuidePath, int]:
-        """A path from start to goal whose edges hold, and the number of nodes it took.
+        """Path from start to goal whose edges are valid, and the number of nodes of the search.
 
         Args:
-            direct: try the straight way first; a guide that failed on it asks for another way.
+            budget: checked at every iteration, in stage "guide".
+            rng: source of random numbers.
+            direct: True to try the straight segment first. False after a path has failed, to get
+                a different one.
 
         Raises:
-            NoGuideFound: all iterations used. TimeLimitReached, Cancelled: from the budget.
+            NoGuideFound: all iterations are used up.
+            TimeLimitReached: raised by the budget.
+            Cancelled: raised by the budget.
         """

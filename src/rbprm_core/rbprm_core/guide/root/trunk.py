@@ -1,4 +1,7 @@
-"""The trunk W0_s against the scene: at a root configuration, and all along an edge."""
+"""Collision of the scaled trunk $W_0^s$ with the scene, at a root configuration and along an edge.
+
+Tonneau et al. 2018, section 3.
+"""
 
 from __future__ import annotations
 
@@ -7,69 +10,79 @@ from collections.abc import Sequence
 
 import coal
 import numpy as np
-from numpy.typing import NDArray
 
-from rbprm_core.guide.root.placements import RootPlacements
-from rbprm_core.guide.root_space import StraightWay
+from rbprm_core.arrays import Array
+from rbprm_core.guide.root.root_kinematics import RootKinematics
+from rbprm_core.guide.root_space import RootSegment
 from rbprm_core.robot.bodies import convex
 from rbprm_core.robot.model import ROOT_JOINT, Robot
 from rbprm_core.robot.volumes import TrunkPiece
 
-Array = NDArray[np.float64]
-
-CLEARANCE = 1e-3  # metres; an edge on which a piece comes nearer than this may be refused
+CLEARANCE = 1e-3  # m; an edge on which a piece comes nearer than this may be refused
 
 
 class TrunkTest:
-    """Collision of the trunk's convex pieces with a mesh. Not thread-safe: it holds scratch data.
+    """Collision of the trunk's convex pieces with a mesh.
+
+    Not thread-safe: it holds scratch data.
 
     Args:
-        pieces: of W0_s. mesh: what they must not touch.
+        robot: robot model.
+        pieces: convex pieces of the scaled trunk.
+        mesh: mesh in the planning frame that the pieces must not touch.
     """
 
     def __init__(self, robot: Robot, pieces: Sequence[TrunkPiece], mesh: coal.BVHModelBase) -> None:
-        self._placements = RootPlacements(robot, [piece.joint for piece in pieces])
+        self._kinematics = RootKinematics(robot, [piece.joint for piece in pieces])
         self._pieces = [convex(piece.corners) for piece in pieces]
-        self._levers = np.array([levers(robot, piece.joint, piece.corners) for piece in pieces])
+        self._levers = np.array([lever_arms(robot, piece.joint, piece.corners) for piece in pieces])
         self._mesh, self._still = mesh, coal.Transform3s()
         self._request, self._result = coal.CollisionRequest(), coal.CollisionResult()
 
     @property
     def radius(self) -> float:
-        """Metres from the root's origin within which all pieces stay."""
+        """Distance from the root's origin within which all pieces stay, m."""
         return float(max((row[0] for row in self._levers), default=0.0))
 
     def hits(self, root: Array) -> bool:
         """True where a piece touches the mesh at a root configuration (7 + j,)."""
-        placements = self._placements.at(root)
+        placements = self._kinematics.placements(root)
         return any(self._near(k, placement, 0.0) for k, placement in enumerate(placements))
 
-    def sweep_hits(self, way: StraightWay) -> bool:
-        """True where a piece touches the mesh anywhere on a way, or comes near to it.
+    def sweep_hits(self, edge: RootSegment) -> bool:
+        r"""True where a piece touches the mesh anywhere on an edge, or comes within `CLEARANCE`.
 
-        Conservative advancement by halves. No point of a piece moves farther, on half a stretch of
-        the way, than the root does, plus the angle it turns times the piece's distance from the
-        root, plus what each joint of the root turns times the distance from that joint: where the
-        piece has that much room in the middle of a stretch, the whole stretch is free. Where it has
-        not, both halves are asked, down to a room of CLEARANCE.
+        Conservative advancement by bisection. On an interval of half width $h$ (as a share of the
+        edge) no point of a piece is farther than $h d$ from where it is in the middle, with
+        $d = \Delta p + r_0 \, \Delta\alpha + \sum_i r_i \, |\Delta q_i|$, the edge's translation
+        $\Delta p$, rotation angle $\Delta\alpha$ and joint motions $\Delta q_i$, and the piece's
+        lever arms $r$ (`lever_arms`). A piece farther than $h d$ from the mesh in the middle is
+        free on the whole interval. Otherwise both halves are tested, until $h d$ falls below
+        `CLEARANCE`.
+
+        Args:
+            edge: edge between two root configurations.
         """
         if not self._pieces:
             return False
-        ways = way.moved + self._levers @ np.concatenate([[way.turned], way.joints_turned])
-        stretches = deque([(0.5, 0.5, list(range(len(self._pieces))))])  # middle, half, pieces
-        while stretches:  # wide stretches first: what fails mostly fails near the middle
-            middle, half, pieces = stretches.popleft()
-            placements = self._placements.at(way.at(middle))
-            close = [k for k in pieces if self._near(k, placements[k], half * ways[k])]
-            if any(half * ways[k] <= CLEARANCE or self._near(k, placements[k], 0) for k in close):
+        rotations = np.concatenate([[edge.turned], edge.joint_motion])
+        bounds = edge.moved + self._levers @ rotations
+        # Middle and half width of an interval, and the pieces that may touch the mesh on it. Wide
+        # intervals come first: an edge that fails mostly fails near its middle.
+        intervals = deque([(0.5, 0.5, list(range(len(self._pieces))))])
+        while intervals:
+            middle, half, pieces = intervals.popleft()
+            placements = self._kinematics.placements(edge.at(middle))
+            close = [k for k in pieces if self._near(k, placements[k], half * bounds[k])]
+            if any(half * bounds[k] <= CLEARANCE or self._near(k, placements[k], 0) for k in close):
                 return True
             if close:
-                stretches += [(middle + side * half / 2, half / 2, close) for side in (-1, 1)]
+                intervals += [(middle + side * half / 2, half / 2, close) for side in (-1, 1)]
         return False
 
-    def _near(self, piece: int, placement: coal.Transform3s, room: float) -> bool:
-        """True where a piece is no farther than some room from the mesh, metres."""
-        self._request.security_margin = room
+    def _near(self, piece: int, placement: coal.Transform3s, margin: float) -> bool:
+        """True where the distance of a piece from the mesh is at most a margin in metres."""
+        self._request.security_margin = margin
         self._result.clear()
         coal.collide(
             self._pieces[piece], placement, self._mesh, self._still, self._request, self._result
@@ -77,14 +90,17 @@ class TrunkTest:
         return bool(self._result.isCollision())
 
 
-def levers(robot: Robot, joint: int, corners: Array) -> Array:
-    """What bounds the motion of a body (1 + j,): metres a radian of the root, and of its joints.
+def lever_arms(robot: Robot, joint: int, corners: Array) -> Array:
+    """Lever arms (1 + j,) of a body: bounds of its motion per radian of the root and of its joints.
 
-    The first is the largest distance of the body from the root's origin. A joint that slides
-    counts 1 instead, metres a metre.
+    The first is the largest distance of the body from the root's origin, m. Each other is the
+    largest distance of the body from a joint that is planned with the root, m, or 1 for a joint
+    that slides, or 0 for a joint that does not move the body.
 
     Args:
-        joint: id of the joint that carries the body. corners: (n, 3) of it in that joint's frame.
+        robot: robot model.
+        joint: id of the joint to which the body belongs.
+        corners: (n, 3) corners of the body in that joint's frame, m.
     """
     model, moving = robot.model, list(robot.root_index)
     found = np.zeros(1 + len(moving) - 7)

@@ -9,23 +9,21 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.budget import Budget
 from rbprm_core.guide.protocol import SHORTCUT, GuideProblem, GuideResult
 from rbprm_core.guide.roadmap import Roadmap, roadmap_key
 from rbprm_core.guide.root.edge import EdgeTest
-from rbprm_core.guide.root.equilibrium import EquilibriumTest
 from rbprm_core.guide.root.path import GuidePath
 from rbprm_core.guide.root.prm import PrmSearch
 from rbprm_core.guide.root.reachability import Reachability
+from rbprm_core.guide.root.root_equilibrium import EquilibriumTest
 from rbprm_core.guide.root.rrt import RrtSearch
 from rbprm_core.guide.root.sampler import RootSampler, effector_places
-from rbprm_core.guide.root.search import GuideSearch, RootProblem
+from rbprm_core.guide.root.search import RootProblem, RootSearch
 from rbprm_core.guide.root.settle import Settler
 from rbprm_core.guide.root.shortcut import shorten
-
-Array = NDArray[np.float64]
 
 
 class RootGuidePlanner:
@@ -37,7 +35,7 @@ class RootGuidePlanner:
     """
 
     def __init__(
-        self, problem: GuideProblem, make_search: Callable[[RootProblem], GuideSearch]
+        self, problem: GuideProblem, make_search: Callable[[RootProblem], RootSearch]
     ) -> None:
         self._problem = problem
         data, scene, options = problem.data, problem.scene, problem.options
@@ -95,7 +93,7 @@ def rrt_planner(problem: GuideProblem) -> RootGuidePlanner:
 def prm_planner(problem: GuideProblem) -> RootGuidePlanner:
     """The visibility PRM at work on a problem, on a kept roadmap where the problem has a store."""
 
-    def search(roots: RootProblem) -> GuideSearch:
+    def search(roots: RootProblem) -> RootSearch:
         return PrmSearch(roots, _roadmap(problem, roots), problem.options.prm)
 
     return RootGuidePlanner(problem, search)

@@ -1,24 +1,24 @@
-"""World placements of the joints that the root configuration moves."""
+"""Forward kinematics of the joints that the root configuration alone determines."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import coal
-import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.robot.model import ROOT_JOINT, Robot
 
-Array = NDArray[np.float64]
 
+class RootKinematics:
+    """Forward kinematics of some joints from the root configuration.
 
-class RootPlacements:
-    """Places some joints for a root configuration. Not thread-safe: it holds scratch data.
+    Not thread-safe: it holds scratch data.
 
     Args:
-        joints: ids; the root's, or of joints that move with the root configuration alone.
+        robot: robot model.
+        joints: ids of the root joint or of joints that move with the root configuration alone.
     """
 
     def __init__(self, robot: Robot, joints: Sequence[int]) -> None:
@@ -27,9 +27,13 @@ class RootPlacements:
         self._data = robot.model.createData()
         self._q = robot.reference.copy()
 
-    def at(self, root: Array) -> list[coal.Transform3s]:
-        """Placements of the joints, in their order, at a root configuration (7 + j,)."""
-        if self._fixed:  # nothing to compute
+    def placements(self, root: Array) -> list[coal.Transform3s]:
+        """Placements of the joints in the planning frame, in the order of the joints.
+
+        Args:
+            root: (7 + j,) root configuration.
+        """
+        if self._fixed:  # the placement is the root's pose itself
             base = coal.Transform3s(pin.Quaternion(root[3:7]).matrix(), root[:3])
             return [base] * len(self._joints)
         self._q[self._robot.root_index] = root

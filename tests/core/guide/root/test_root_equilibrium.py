@@ -1,4 +1,4 @@
-"""The equilibrium criterion of P1, against what contacts placed one by one could hold."""
+"""Equilibrium condition on roots, compared with the equilibrium of single sets of contacts."""
 
 from __future__ import annotations
 
@@ -7,16 +7,15 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from rbprm_core.arrays import Array
 from rbprm_core.guide.root import EquilibriumTest, Reachability
-from rbprm_core.guide.root_space import StraightWay
+from rbprm_core.guide.root_space import RootSegment
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface
 from rbprm_core.statics import Equilibrium, cone_generators, robustness
 
-Array = NDArray[np.float64]
 LEGS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
 DOWN = np.array([0, 0, -9.81])
 
@@ -27,7 +26,7 @@ def at(x: float, y: float, z: float, turn: Array | None = None) -> Array:
 
 
 def strip(name: str, low: float, high: float, tilt: float = 0.0) -> Surface:
-    """Ground between two values of y, tilted about the x axis through its middle."""
+    """Ground between two values of y in metres, tilted about the x axis by an angle in radians."""
     middle, half = (low + high) / 2, (high - low) / 2
     rise = half * np.tan(tilt)
     ring = [[-3, low, -rise], [3, low, -rise], [3, high, rise], [-3, high, rise]]
@@ -41,7 +40,7 @@ def test_on_flat_ground_it_holds(hyq_data: RobotData, flat_scene: Scene) -> None
         assert test.holds(at(0.3, -0.2, 0.6, turn))
 
 
-def test_ground_under_the_left_feet_alone_bears_nobody(hyq_data: RobotData) -> None:
+def test_ground_under_the_left_feet_alone_fails(hyq_data: RobotData) -> None:
     scene = Scene([strip("left", 0.25, 0.6)])
     left = ("lf_leg", "lh_leg")
     root = at(0, 0, 0.6)
@@ -55,7 +54,7 @@ def test_ground_under_the_left_feet_alone_bears_nobody(hyq_data: RobotData) -> N
 
 
 def test_two_steep_walls_hold_where_one_does_not(hyq_data: RobotData) -> None:
-    """Each facing the other across the robot, too steep to stand on alone."""
+    """Walls that face each other, each too steep to stand on alone."""
     floors = [
         make_surface(
             n, [[-3, y, 0.0], [3, y, 0.0], [3, y + w, abs(w)], [-3, y + w, abs(w)]][::o], 0.5
@@ -80,7 +79,7 @@ def test_without_weight_there_is_nothing_to_bear(hyq_data: RobotData) -> None:
 @settings(max_examples=60)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_it_is_necessary(hyq_data: RobotData, seed: int) -> None:
-    """Whatever contacts within the workspaces hold the robot, the criterion holds too."""
+    """Where contacts within the workspaces hold the robot, the condition holds too."""
     rng = np.random.default_rng(seed)
     tiles = []
     for i in range(6):
@@ -107,7 +106,7 @@ def test_it_is_necessary(hyq_data: RobotData, seed: int) -> None:
 def drawn_contacts(
     data: RobotData, scene: Scene, root: Array, rng: np.random.Generator
 ) -> tuple[Array, Array] | None:
-    """A random point of a surface in each leg's workspace, by rejection."""
+    """Contact points and cones: a random point of a surface in each leg's workspace."""
     rotation = pin.Quaternion(root[3:7]).matrix()
     points, cones = [], []
     for k, limb in enumerate(data.robot.limbs):
@@ -126,7 +125,7 @@ def drawn_contacts(
 
 
 def test_a_patch_bears_at_its_corners(talos_data: RobotData) -> None:
-    """The centre of mass may lie past the feet's centres by as much as the soles reach."""
+    """The centre of mass may lie outside the feet's centres by the size of the soles."""
     feet = tuple(limb.name for limb in talos_data.robot.limbs)
     ground = make_surface("g", [[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]], 0.5)
     test = EquilibriumTest(talos_data, Scene([ground]), feet, DOWN)
@@ -143,8 +142,8 @@ def test_an_edge_is_refused_where_nothing_bears(hyq_data: RobotData, count: int)
     left = ("lf_leg", "lh_leg")
     test = EquilibriumTest(hyq_data, scene, left, DOWN)
     over, beside = at(0, 0.4, 0.6), at(0, 0.0, 0.6)
-    aside = StraightWay(over, beside)
+    aside = RootSegment(over, beside)
     assert Reachability(hyq_data, scene, left).edge_holds(aside, count)
     stricter = Reachability(hyq_data, scene, left, test)
     assert not stricter.edge_holds(aside, count)
-    assert stricter.edge_holds(StraightWay(over, at(0.5, 0.4, 0.6)), count)
+    assert stricter.edge_holds(RootSegment(over, at(0.5, 0.4, 0.6)), count)

@@ -1,10 +1,11 @@
-"""An equilibrium criterion for P1, which the paper leaves to future work (section 7).
+"""Static equilibrium as a further condition on roots (optional).
 
-Contact reachability asks that each limb could touch something, not that what it touches could bear
-the robot. Here every point that a required limb might touch is taken as a contact at once: if not
-even all of them together hold the robot, no choice among them does. The forces that a limb can
-exert over a polygon are sums of those at the polygon's corners, so that the corners of each surface
-clipped by the limb's workspace are enough.
+Tonneau et al. 2018 leave an equilibrium criterion for the guide to future work (section 7). The
+reachability condition requires that each limb could touch a surface, not that the contacts could
+bear the robot. Here, all points that the required limbs could touch are taken as contacts at once.
+If even these do not hold the robot, no choice among them does. The forces that a limb can exert
+over a polygon are sums of those at the polygon's corners, so that the corners of each surface
+clipped by the limb's workspace suffice.
 """
 
 from __future__ import annotations
@@ -14,29 +15,33 @@ from dataclasses import dataclass
 import coal
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from rbprm_core.guide.root.placements import RootPlacements
+from rbprm_core.arrays import Array, IntArray
+from rbprm_core.guide.root.root_kinematics import RootKinematics
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.limb import Limb
 from rbprm_core.scene import Scene
 from rbprm_core.statics import Equilibrium, cone_generators, robustness
 
-Array = NDArray[np.float64]
-
-ROUNDING = 1e-6  # of the weight; what a robustness may lack for rounding
-ON_EDGE = 1e-9  # metres; corners shared by two edges belong to both
+ROUNDING = 1e-6  # share of the weight by which a robustness may be negative because of rounding
+ON_EDGE = 1e-9  # m; corners shared by two edges belong to both
 
 
 class EquilibriumTest:
-    """A condition for static equilibrium at a root configuration. Not thread-safe.
+    """Necessary condition for static equilibrium at a root configuration.
 
-    It is necessary as far as three things are exact that are not: the workspaces, the cones, which
-    are linearised from inside, and the centre of mass, which is that of the reference posture.
+    The condition is necessary but for three approximations: the workspaces, the friction cones,
+    which are linearised from inside, and the centre of mass, which is that of the reference
+    posture.
+
+    Not thread-safe: it holds scratch data.
 
     Args:
-        required: names of the limbs that may bear weight. gravity: (3,) m/s^2.
+        data: robot with its limb workspaces.
+        scene: scene in the planning frame.
+        required: names of the limbs that may bear weight.
+        gravity: (3,) gravity in the planning frame, m/s^2.
     """
 
     def __init__(
@@ -49,21 +54,25 @@ class EquilibriumTest:
             if limb.name in required
         ]
         bases = [limb.base for limb in data.robot.limbs if limb.name in required]
-        self._bases = RootPlacements(data.robot, bases)
+        self._bases = RootKinematics(data.robot, bases)
         self._data = data.robot.model.createData()
         self._q = data.robot.reference.copy()
 
     def holds(self, root: Array) -> bool:
-        """True where contacts within the limbs' workspaces could bear the robot's weight."""
+        """True where contacts within the limbs' workspaces could bear the robot's weight.
+
+        Args:
+            root: (7 + j,) root configuration.
+        """
         if not self._gravity.any():
-            return True  # nothing to bear
+            return True  # there is no weight
         if not self._limbs:
             return False
         self._q[self._robot.root_index] = root
         com = pin.centerOfMass(self._robot.model, self._data, self._q, False)
         found = [
             limb.contacts(base)
-            for limb, base in zip(self._limbs, self._bases.at(root), strict=True)
+            for limb, base in zip(self._limbs, self._bases.placements(root), strict=True)
         ]
         points, cones = (np.concatenate(parts) for parts in zip(*found, strict=True))
         problem = Equilibrium.of(points, cones, com, self._mass, self._gravity)
@@ -73,20 +82,32 @@ class EquilibriumTest:
 
 @dataclass(frozen=True, eq=False)
 class _LimbSupport:
-    """A limb's workspace and the surfaces it may use; p convex pieces of e corners at most.
+    """A limb's workspace and the surfaces that it may use, as p convex pieces of up to e corners.
+
+    Pieces are those on which the centre of the limb's contact spot lies: the surfaces' pieces
+    moved outwards by the spot's radius.
 
     Attributes:
-        workspace: (v, 3) corners of Wk, faces (f, 4) and edges (g, 2) of it, in the base frame.
-        reach: of the limb's patch around its centre, metres; 0 for a ball.
-        rings: (p, e, 3) corners of the pieces, the last repeated, where the limb's centre would be.
-        axes: (p, 3, 3) columns t1, t2, n. cones: (p, 4, 3) generators.
-        planes: (p,) n . x. edge_normals, edge_offsets: as in `Pieces`. low, high: (p, 3) boxes.
+        workspace: (v, 3) corners of the workspace $W_k$ in the base frame, m.
+        faces: (f, 4) faces of the workspace in the base frame: inside where n . x + d <= 0.
+        edges: (g, 2) indices of the ends of the workspace's edges.
+        patch_radius: largest distance of the limb's contact points from the spot's centre, m; 0 for
+            a ball.
+        rings: (p, e, 3) corners of the pieces, the last one repeated, m.
+        axes: (p, 3, 3) rotations of the pieces with columns t1, t2, n.
+        cones: (p, 4, 3) generators of the friction cones.
+        planes: (p,) offsets n . x of the pieces' planes, m.
+        edge_normals: (p, e, 3) inward normals of the pieces' edges.
+        edge_offsets: (p, e) offsets of the pieces' edges: inside where edge_normal . x >= offset.
+        low: (p, 3) lowest corners of the pieces' bounding boxes, m.
+        high: (p, 3) highest corners of the pieces' bounding boxes, m.
+        radius: radius of the limb's contact spot, m.
     """
 
     workspace: Array
     faces: Array
-    edges: NDArray[np.int_]
-    reach: float
+    edges: IntArray
+    patch_radius: float
     rings: Array
     axes: Array
     cones: Array
@@ -99,14 +120,21 @@ class _LimbSupport:
 
     @staticmethod
     def of(limb: Limb, workspace: Array, faces: Array, scene: Scene) -> _LimbSupport:
-        """What a limb may stand on in a scene."""
+        """Support of a limb in a scene.
+
+        Args:
+            limb: the limb.
+            workspace: (v, 3) corners of its workspace in the base frame, m.
+            faces: (f, 4) faces of its workspace in the base frame.
+            scene: scene in the planning frame.
+        """
         pieces = scene.pieces(limb.surfaces)
         surfaces = [s for s in scene.surfaces if s.kind in limb.surfaces]
         corners = [piece for s in surfaces for piece in s.polygon.pieces]
-        most = pieces.edge_offsets.shape[1]
+        count = pieces.edge_offsets.shape[1]
         lifts = limb.radius * pieces.normals
         rings = [
-            np.concatenate([ring, np.repeat(ring[-1:], most - len(ring), axis=0)]) + lift
+            np.concatenate([ring, np.repeat(ring[-1:], count - len(ring), axis=0)]) + lift
             for ring, lift in zip(corners, lifts, strict=True)
         ]
         axes = [
@@ -121,8 +149,8 @@ class _LimbSupport:
             workspace=workspace,
             faces=faces,
             edges=np.unique(edges, axis=0),
-            reach=0.0 if limb.half_size is None else float(np.linalg.norm(limb.half_size)),
-            rings=np.array(rings).reshape(-1, most, 3),
+            patch_radius=0.0 if limb.half_size is None else float(np.linalg.norm(limb.half_size)),
+            rings=np.array(rings).reshape(-1, count, 3),
             axes=np.array(axes).reshape(-1, 3, 3),
             cones=np.array(cones).reshape(-1, 4, 3),
             planes=pieces.offsets + limb.radius,
@@ -134,7 +162,11 @@ class _LimbSupport:
         )
 
     def contacts(self, base: coal.Transform3s) -> tuple[Array, Array]:
-        """Corners (n, 3) of the surfaces clipped by the workspace, and their cones (n, 4, 3)."""
+        """Corners (n, 3) of the surfaces clipped by the workspace, and their cones (n, 4, 3).
+
+        Args:
+            base: placement of the limb's base in the planning frame.
+        """
         rotation, origin = base.getRotation(), base.getTranslation()
         body = self.workspace @ rotation.T + origin
         near = (self.low <= body.max(axis=0)) & (self.high >= body.min(axis=0))
@@ -148,14 +180,19 @@ class _LimbSupport:
         points = np.concatenate([points for points, _ in parts])
         piece = chosen[np.concatenate([index for _, index in parts])]
         points = points - self.radius * self.axes[piece][:, :, 2]
-        if self.reach > 0:  # the points that bear lie within the patch, around its centre
-            spread = self.reach * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
+        if self.patch_radius > 0:  # forces act within the patch, around the spot's centre
+            spread = self.patch_radius * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
             points = points[:, None] + spread @ np.swapaxes(self.axes[piece][:, :, :2], 1, 2)
             points, piece = points.reshape(-1, 3), np.repeat(piece, 4)
         return points, self.cones[piece]
 
-    def _cut_edges(self, body: Array, chosen: NDArray[np.int_]) -> tuple[Array, NDArray[np.int_]]:
-        """Where the workspace's edges pass through pieces: points (n, 3) and places in `chosen`."""
+    def _cut_edges(self, body: Array, chosen: IntArray) -> tuple[Array, IntArray]:
+        """Points (n, 3) where the workspace's edges cross pieces, and these pieces (n,).
+
+        Args:
+            body: (v, 3) corners of the workspace in the planning frame, m.
+            chosen: (m,) indices of pieces near the workspace; the result refers to places in it.
+        """
         heights = body @ self.axes[chosen][:, :, 2].T - self.planes[chosen]
         first, last = heights[self.edges[:, 0]], heights[self.edges[:, 1]]
         edge, piece = np.nonzero(first * last < 0)
@@ -167,11 +204,13 @@ class _LimbSupport:
         return points[inside], piece[inside]
 
 
-def _clip_rings(rings: Array, normals: Array, offsets: Array) -> tuple[Array, NDArray[np.int_]]:
-    """The ends of what a convex body leaves of the edges of rings (p, e, 3), and their rings (n,).
+def _clip_rings(rings: Array, normals: Array, offsets: Array) -> tuple[Array, IntArray]:
+    """Ends (n, 3) of the edges of rings clipped by a convex body, and the edges' rings (n,).
 
     Args:
-        normals: (f, 3) of the body's faces. offsets: (f,), inside where n . x + offset <= 0.
+        rings: (p, e, 3) corners of polygons, m.
+        normals: (f, 3) outward normals of the body's faces.
+        offsets: (f,) offsets of the body's faces: inside where n . x + offset <= 0, m.
     """
     first, last = rings, np.roll(rings, -1, axis=1)
     here, there = (ends @ normals.T + offsets for ends in (first, last))
