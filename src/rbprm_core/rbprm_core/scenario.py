@@ -175,8 +175,8 @@ class Scenario(Record):
             description = description.using(self.limbs, self.root_joints)
             for limb, weights in self.heuristics.items():
                 check_names(weights, f"heuristics.{limb}")
-            description = description.ranked_by(self.heuristics).touching(self.surfaces)
-            description = description.bulky(self.trunk.links, self.trunk.scale)
+            description = description.with_heuristics(self.heuristics).with_surfaces(self.surfaces)
+            description = description.with_trunk(self.trunk.links, self.trunk.scale)
         return Robot.load(description)
 
     def request_for(

@@ -336,7 +336,7 @@ def test_a_plugin_plans(plugin: str, toy_data: RobotData, flat_scene: Scene) -> 
     """From the robot's description to the versions in the plan."""
     limbs = [limb.name for limb in toy_data.robot.limbs]
     weights = {name: {"mine_lowest": 1.0, "random": 0.1} for name in limbs}
-    robot = Robot.load(toy_data.robot.description.ranked_by(weights))
+    robot = Robot.load(toy_data.robot.description.with_heuristics(weights))
     data = load_robot_data(robot)  # ranking is no part of the data: they are in the cache
     bounds = RootBounds(np.array([-1, -1, 0.2]), np.array([1, 1, 0.6]), np.full(3, 0.2))
     ends = [Placement.parse([x, 0.0, 0.42]) for x in (0.0, 0.3)]
@@ -366,7 +366,7 @@ def test_the_example_is_a_plugin() -> None:
 
 
 def test_ranking_is_no_part_of_the_robots_data(toy_data: RobotData) -> None:
-    robot = Robot.load(toy_data.robot.description.ranked_by({"lf": {"effort": 1.0}}))
+    robot = Robot.load(toy_data.robot.description.with_heuristics({"lf": {"effort": 1.0}}))
 
     def computed(fraction: float) -> None:
         assert fraction == 1.0, "the data are computed anew"
@@ -376,4 +376,4 @@ def test_ranking_is_no_part_of_the_robots_data(toy_data: RobotData) -> None:
     assert data.robot.limbs[1].heuristics == toy_data.robot.limbs[1].heuristics
     assert (data.databases[0].joints == toy_data.databases[0].joints).all()
     with pytest.raises(InvalidInput, match="tail"):
-        toy_data.robot.description.ranked_by({"tail": {"effort": 1.0}})
+        toy_data.robot.description.with_heuristics({"tail": {"effort": 1.0}})

@@ -1,4 +1,4 @@
-"""Collision bodies: hulls that contain their links, and meshes where hulls will not do."""
+"""Collision bodies: hulls that contain their links, and meshes where hulls do not suffice."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_owners_and_ends(toy_data: RobotData) -> None:
     for body, owner, last in zip(bodies.objects, bodies.owner, bodies.last, strict=True):
         name, _, part = body.name.partition("_")
         assert owner == (limbs.index(name) if name in limbs else -1)
-        assert last == (part in ("shank_0", "foot_0"))  # both hang on the knee
+        assert last == (part in ("shank_0", "foot_0"))  # both are fixed to the knee
 
 
 @pytest.mark.parametrize("which", ["hyq_data", "toy_data", "crawler_data"])
@@ -113,7 +113,7 @@ def test_what_hangs_on_a_limbs_last_joint_is_its_own(crawler_data: RobotData) ->
             for i, body in enumerate(bodies.objects)
             if limb.last_joint in robot.model.supports[body.parentJoint]
         }
-        assert outer - inner  # fingers, on joints of their own
+        assert outer - inner  # fingers, which have joints of their own
         assert set(np.flatnonzero(bodies.owner == k)) == inner | outer
         assert set(np.flatnonzero((bodies.owner == k) & bodies.last)) == outer
         assert set(bodies.group[sorted(outer)]) == {limb.last_joint}

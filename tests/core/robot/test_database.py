@@ -1,4 +1,4 @@
-"""The index of limb samples against brute force over all of them."""
+"""The grid of limb samples against a brute-force search over all samples."""
 
 from __future__ import annotations
 
@@ -115,6 +115,6 @@ def test_the_box_holds_every_effector(hyq_data: RobotData, seed: int, limb: int)
     low, high = database.box(rotation, translation)
     assert (low <= points.min(axis=0) + 1e-9).all()
     assert (high >= points.max(axis=0) - 1e-9).all()
-    least, most = database.box(np.eye(3), np.zeros(3))
-    assert least == pytest.approx(database.positions.min(axis=0))
-    assert most == pytest.approx(database.positions.max(axis=0))
+    low, high = database.box(np.eye(3), np.zeros(3))
+    assert low == pytest.approx(database.positions.min(axis=0))
+    assert high == pytest.approx(database.positions.max(axis=0))

@@ -1,4 +1,4 @@
-"""Robot files: what they may say, and how a bad one is answered."""
+"""Robot files: their keys, and the errors of invalid ones."""
 
 from __future__ import annotations
 
@@ -214,31 +214,33 @@ def test_limbs_that_cannot_be_used(limbs: list[str], value: Any, reason: str) ->
 def test_other_heuristics_and_surfaces_for_some_limbs() -> None:
     text = load_description("talos").using(["left_leg", *ARMS])
     kinds = (SurfaceKind.LEAN, SurfaceKind.OTHER)
-    changed_ = text.ranked_by({"left_arm": {"effort": 2.0}}).touching({"right_arm": kinds})
+    changed_ = text.with_heuristics({"left_arm": {"effort": 2.0}}).with_surfaces(
+        {"right_arm": kinds}
+    )
     leg, left, right = changed_.limbs
     assert leg == text.limbs[0]
     assert (left.heuristics, left.surfaces) == ({"effort": 2.0}, text.limbs[1].surfaces)
     assert (right.heuristics, right.surfaces) == (text.limbs[2].heuristics, kinds)
-    assert text.ranked_by({}).touching({}) == text
+    assert text.with_heuristics({}).with_surfaces({}) == text
 
 
 def test_a_limb_that_is_not_used_has_nothing_to_change() -> None:
     text = load_description("talos").using()
     with pytest.raises(InvalidInput) as caught:
-        text.ranked_by({"left_arm": {"effort": 2.0}})
+        text.with_heuristics({"left_arm": {"effort": 2.0}})
     assert (caught.value.field, caught.value.value) == ("heuristics", "left_arm")
     with pytest.raises(InvalidInput) as caught:
-        text.touching({"left_arm": (SurfaceKind.LEAN,)})
+        text.with_surfaces({"left_arm": (SurfaceKind.LEAN,)})
     assert (caught.value.field, caught.value.value) == ("surfaces", "left_arm")
 
 
 def test_another_trunk() -> None:
     text = load_description("hyq")
-    assert text.bulky(None, None) == text
-    assert text.bulky(("trunk", "lf_upperleg"), None).volumes.trunk_scale == (
+    assert text.with_trunk(None, None) == text
+    assert text.with_trunk(("trunk", "lf_upperleg"), None).volumes.trunk_scale == (
         text.volumes.trunk_scale
     )
-    larger = text.bulky(None, 1.6).volumes
+    larger = text.with_trunk(None, 1.6).volumes
     assert (larger.trunk_links, larger.trunk_scale) == (text.volumes.trunk_links, 1.6)
     assert larger.samples == text.volumes.samples
 

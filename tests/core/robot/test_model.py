@@ -72,13 +72,13 @@ def test_a_posture_may_be_given_by_joint(hyq: Robot) -> None:
 
 @pytest.mark.parametrize("name", ["anymal", "g1", "go2", "hyq", "talos"])
 def test_at_the_reference_height_the_feet_are_on_the_ground(name: str) -> None:
-    """Balls and patches, in the effector's frame or beside it: as low as the links' shapes are."""
+    """Balls and patches, at the effector's origin or offset, are as low as the links' shapes."""
     robot = Robot.load(load_description(name))
     assert -lowest_point(robot) == pytest.approx(robot.reference_height, abs=2e-3)
 
 
 def lowest_point(robot: Robot) -> float:
-    """The least z of all meshes and balls in the reference posture, the root at the origin."""
+    """The lowest z of all meshes and balls in the reference posture, the root at the origin."""
     data, places = robot.model.createData(), robot.geometry.createData()
     pin.updateGeometryPlacements(robot.model, data, robot.geometry, places, robot.reference)
     lowest = np.inf
@@ -121,7 +121,7 @@ def test_a_limbs_own_kinematics_are_the_robots(
 
 @pytest.fixture(scope="module")
 def kneeling() -> Robot:
-    """Talos on knees and hands: what hangs beyond a knee, the foot, is bent in the reference."""
+    """Talos on knees and hands; the feet, beyond the knees, keep the reference posture."""
     limbs = ("left_knee", "right_knee", "left_arm", "right_arm")
     text = load_description("talos").using(limbs, ("torso_1_joint", "torso_2_joint"))
     return Robot.load(text)
@@ -266,7 +266,7 @@ def test_every_joint_moves_with_the_nearest_that_is_not_fixed(crawler_data: Robo
     moving = [ROOT_JOINT, *robot.root_joints, *own]
     data = model.createData()
     poses = []
-    for _ in range(3):  # everything that moves, and nothing else
+    for _ in range(3):  # all joints that move, and no others
         q = robot.reference.copy()
         index = [model.joints[joint].idx_q for joint in moving[1:]]
         q[index] = rng.uniform(robot.low[index], robot.high[index])

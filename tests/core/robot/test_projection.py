@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rbprm_core.robot import Robot
 from rbprm_core.robot.data import RobotData
-from rbprm_core.robot.projection import ARM, TOLERANCE, _facing_task, face, project
+from rbprm_core.robot.projection import ROTATION_LENGTH, TOLERANCE, _facing_task, face, project
 
 Array = NDArray[np.float64]
 seeds = st.integers(0, 2**32 - 1)
@@ -90,7 +90,7 @@ def test_a_patch_that_is_found_is_inside_the_limits_and_has_the_pose(
         assert (joints <= this.high).all()
         position, turned, _ = this.kinematics.placement_and_jacobian(joints)
         assert np.linalg.norm(position - target) <= TOLERANCE
-        assert np.linalg.norm(pin.log3(turned.T @ rotation)) <= TOLERANCE / ARM
+        assert np.linalg.norm(pin.log3(turned.T @ rotation)) <= TOLERANCE / ROTATION_LENGTH
         assert np.linalg.det(turned) == pytest.approx(1)
 
 
@@ -144,7 +144,7 @@ def test_a_patch_that_faces_a_normal_is_inside_the_limits(
         assert (joints >= this.low).all()
         assert (joints <= this.high).all()
         reached = this.kinematics.placement_and_jacobian(joints)[1][:, 2]
-        assert np.linalg.norm(reached - normal) <= 1.01 * TOLERANCE / ARM
+        assert np.linalg.norm(reached - normal) <= 1.01 * TOLERANCE / ROTATION_LENGTH
 
 
 def test_a_patch_is_turned_a_little_nearly_always(crawler_data: RobotData) -> None:
@@ -165,7 +165,7 @@ def test_a_patch_is_turned_a_little_nearly_always(crawler_data: RobotData) -> No
 @settings(max_examples=20)
 @given(seed=seeds)
 def test_a_patch_that_looks_the_other_way_does_not_face(crawler_data: RobotData, seed: int) -> None:
-    """Half a turn has no axis of its own, and is none the less a turn."""
+    """A rotation by half a turn has no unique axis, but is still a rotation."""
     rng = np.random.default_rng(seed)
     arm = next(limb for limb in crawler_data.robot.limbs if limb.name == "left_arm")
     start = rng.uniform(arm.low, arm.high)

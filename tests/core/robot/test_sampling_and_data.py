@@ -1,4 +1,4 @@
-"""Limb samples, and the robot data that are kept."""
+"""Limb samples, and the cached robot data."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_samples_are_valid_configurations(which: str, request: pytest.FixtureReq
 
 
 def facing(data: RobotData, limb: int) -> tuple[Array, Array]:
-    """Tilt (m,) of a limb's sampled patches aside, and forward (about y), in radians."""
+    """Tilt (m,) of a limb's sampled patches to the side, and forward (about y), radians."""
     x, y, z = data.databases[limb].rotations[:, :, 2].T
     return np.arcsin(y), np.arctan2(x, z)
 
@@ -67,13 +67,13 @@ def test_samples_of_a_sole_stand_on_level_ground_for_any_pitch_of_the_root(
     database = talos_data.databases[limb]
     assert len(database.joints) > 500
     aside, forward = facing(talos_data, limb)
-    most = np.arctan(MAX_TILT) + 1e-3
-    assert np.abs(aside).max() <= most
+    tilt = np.arctan(MAX_TILT) + 1e-3
+    assert np.abs(aside).max() <= tilt
     assert abs(aside.mean()) < 0.02
     low, high = talos_data.robot.limbs[limb].root_pitch
-    assert -high - most <= forward.min() < -high + 0.3  # level ground, seen from a pitched root
-    assert forward.max() <= -low + most
-    upright = (np.abs(forward) <= most).mean()
+    assert -high - tilt <= forward.min() < -high + 0.3  # level ground, seen from a pitched root
+    assert forward.max() <= -low + tilt
+    upright = (np.abs(forward) <= tilt).mean()
     assert 1 - PITCHED < upright < 0.85
     assert np.ptp(np.arctan2(database.rotations[:, 1, 0], database.rotations[:, 0, 0])) > 1.0
     whole = np.tile(np.eye(3), (len(database.joints), 1, 1))
@@ -169,7 +169,9 @@ def test_heuristics_and_the_trunk_share_the_kept_data(
 ) -> None:
     monkeypatch.setenv("RBPRM_CACHE_DIR", str(tmp_path))
     first = load_robot_data(Robot.load(small_hyq))
-    other = small_hyq.ranked_by({"lf_leg": {"effort": 1.0}}).bulky(("trunk", "lf_upperleg"), 1.5)
+    other = small_hyq.with_heuristics({"lf_leg": {"effort": 1.0}}).with_trunk(
+        ("trunk", "lf_upperleg"), 1.5
+    )
     second = load_robot_data(Robot.load(other))
     assert len(list(tmp_path.iterdir())) == 1
     assert np.array_equal(first.databases[3].joints, second.databases[3].joints)
@@ -188,7 +190,7 @@ def test_what_the_samples_depend_on_makes_data_anew(
     volumes = small_hyq.volumes.model_copy(update={"samples": 1200})
     other = {
         "limbs": small_hyq.using(["lf_leg", "rh_leg"]),
-        "surfaces": small_hyq.touching({"lf_leg": (SurfaceKind.LEAN,)}),
+        "surfaces": small_hyq.with_surfaces({"lf_leg": (SurfaceKind.LEAN,)}),
         "samples": small_hyq.model_copy(update={"volumes": volumes}),
     }[change]
     for text in (small_hyq, other):

@@ -1,4 +1,4 @@
-"""The volumes of appendix A."""
+"""The volumes of the reachability condition (Tonneau et al. 2018, appendix A)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 def beyond(points: Array, body: Array) -> float:
-    """How far points reach out of the hull of a body, at most; negative inside."""
+    """Largest distance of points outside the hull of a body, metres; negative inside."""
     equations = ConvexHull(body).equations
     return float((points @ equations[:, :3].T + equations[:, 3]).max())
 
@@ -51,10 +51,10 @@ def test_more_faces_lose_less(seed: int) -> None:
 @pytest.mark.parametrize("which", ["hyq_data", "toy_data", "anymal_data"])
 def test_workspaces_of_robots(which: str, request: pytest.FixtureRequest) -> None:
     data: RobotData = request.getfixturevalue(which)
-    most = data.robot.description.volumes.faces
+    limit = data.robot.description.volumes.faces
     for corners, database in zip(data.workspaces, data.databases, strict=True):
         hull = ConvexHull(corners)
-        assert len(hull.simplices) <= most
+        assert len(hull.simplices) <= limit
         inside = (database.positions @ hull.equations[:, :3].T + hull.equations[:, 3] <= 1e-9).all(
             axis=1
         )
@@ -106,23 +106,23 @@ def test_a_piece_hangs_on_the_nearest_joint_that_is_planned_with_the_root(
     talos: Robot, torso: tuple[str, ...]
 ) -> None:
     links = ("base_link", "torso_2_link", "leg_left_3_link")
-    text = talos.description.using(root_joints=torso).bulky(links, None)
+    text = talos.description.using(root_joints=torso).with_trunk(links, None)
     robot = Robot.load(text)
     base, chest, thigh = trunk_volume(robot, 1.0)
     assert base.joint == thigh.joint == ROOT_JOINT
-    supporting_surface = robot.model.getJointId(torso[-1]) if torso else ROOT_JOINT
-    assert chest.joint == supporting_surface
+    joint = robot.model.getJointId(torso[-1]) if torso else ROOT_JOINT
+    assert chest.joint == joint
     body = next(g for g in robot.geometry.geometryObjects if g.name == "torso_2_link_0")
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, robot.reference)
-    placed = np.array([data.oMi[supporting_surface].act(corner) for corner in chest.corners])
+    placed = np.array([data.oMi[joint].act(corner) for corner in chest.corners])
     own = data.oMi[body.parentJoint] * body.placement
     vertices = np.array([own.act(v) for v in np.asarray(body.geometry.vertices())])
-    assert beyond(vertices, placed) < 1e-6  # wherever it hangs, it is where the link is
+    assert beyond(vertices, placed) < 1e-6  # whichever its joint, it is placed where the link is
 
 
 def test_a_leg_of_the_trunk_is_where_the_reference_posture_puts_it() -> None:
-    text = load_description("talos").bulky(("leg_left_3_link",), None)
+    text = load_description("talos").with_trunk(("leg_left_3_link",), None)
     pieces = []
     for bend in (0.0, -0.8):
         posture = {"leg_left_3_joint": bend}
@@ -135,7 +135,7 @@ def test_a_leg_of_the_trunk_is_where_the_reference_posture_puts_it() -> None:
 
 
 def test_a_trunk_link_must_be_one() -> None:
-    robot = Robot.load(load_description("hyq").bulky(("trunk", "wing"), None))
+    robot = Robot.load(load_description("hyq").with_trunk(("trunk", "wing"), None))
     with pytest.raises(InvalidInput, match="no collision geometry") as caught:
         trunk_volume(robot, 1.1)
     assert (caught.value.field, caught.value.value) == ("volumes.trunk_links", "wing")

@@ -1,4 +1,4 @@
-"""The robot: its description, kinematic model, limbs and volumes."""
+"""The robot: its description, kinematic model, limbs, contact spots and volumes."""
 
 from rbprm_core.robot.description import RobotDescription, known_robots, load_description
 from rbprm_core.robot.limb import Limb

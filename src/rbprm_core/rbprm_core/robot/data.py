@@ -1,4 +1,4 @@
-"""What is computed once for a robot and kept on disk: volumes, samples, which pairs need meshes."""
+"""Data computed once for a robot and cached on disk: volumes, limb samples, exact pairs."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from pathlib import Path
 import coal
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from rbprm_core.arrays import Array
 from rbprm_core.cache import Arrays, cached, key_of
 from rbprm_core.resources import find_resource
 from rbprm_core.robot.bodies import Bodies, find_exact_pairs, make_bodies
@@ -20,22 +20,27 @@ from rbprm_core.robot.model import Robot
 from rbprm_core.robot.sampling import sample_limb
 from rbprm_core.robot.volumes import TrunkPiece, reachable_workspace, trunk_volume
 
-Array = NDArray[np.float64]
-
-FORMAT = "6"  # raise when what is kept, or how it is made, changes
-PARTS = ("joints", "positions", "rotations", "jacobians", "coms")  # of LimbSamples and LimbDatabase
+FORMAT = "6"  # to be raised when the cached data, or the way they are computed, change
+PARTS = ("joints", "positions", "rotations", "jacobians", "coms")
+"""Arrays of `LimbSamples`, in the order in which `LimbDatabase` takes them."""
 
 
 @dataclass(frozen=True, eq=False)
 class RobotData:
-    """A robot with all that depends on it alone.
+    r"""A robot with all data that depend on the robot alone.
+
+    The volumes $W^0$ and $W^k$ are those of Tonneau et al. 2018, appendix A.
 
     Attributes:
-        bodies: collision bodies. trunk: the pieces of W0.
-        workspaces: per limb, the corners (v, 3) of Wk in the limb's base frame, metres.
-        faces: per limb, the faces (f, 4) of Wk: a point x is inside where n . x + d <= 0.
-        databases: per limb, the sample database of section 4.1.
-        height: of the root over its lowest contact in the reference posture, metres.
+        robot: the robot.
+        bodies: collision bodies.
+        trunk: convex pieces of the trunk volume $W^0$.
+        workspaces: for each limb, the corners (v, 3) of its reachable workspace $W^k$ in the limb's
+            base frame, metres.
+        faces: for each limb, the faces (f, 4) of $W^k$, rows $(n, d)$ with unit normals $n$ and
+            offsets $d$ in metres: a point $x$ is inside where $n \cdot x + d \le 0$ for all rows.
+        databases: for each limb, its sample database (Tonneau et al. 2018, section 4.1).
+        height: height of the root over its lowest contact in the reference posture, metres.
     """
 
     robot: Robot
@@ -50,12 +55,18 @@ class RobotData:
 def load_robot_data(
     robot: Robot, report: Callable[[float], None] = lambda fraction: None
 ) -> RobotData:
-    """The data of a robot, from the cache or computed.
+    """The data of a robot, read from the cache or computed and cached.
 
     Args:
-        report: told the share done, 0 to 1; may raise to stop.
+        robot: the robot.
+        report: function called with the share done, 0 to 1; may raise to stop.
+
+    Raises:
+        InvalidInput: geometry that cannot be read, a limb without enough valid configurations, or
+            an unknown trunk link.
     """
-    arrays = cached(f"robot-{robot.name}", _key(robot), lambda: _compute(robot, report))
+    key = key_of(_inputs(robot))
+    arrays = cached(f"robot-{robot.name}", key, lambda: _compute(robot, report))
     report(1.0)
     limbs = range(len(robot.limbs))
     workspaces = tuple(arrays[f"workspace_{k}"].astype(float) for k in limbs)
@@ -77,6 +88,7 @@ def load_robot_data(
 
 
 def _compute(robot: Robot, report: Callable[[float], None]) -> Arrays:
+    """The arrays to be cached, by name; those of limb k end in `_k`."""
     rng = np.random.default_rng(robot.description.seed)
     volumes = robot.description.volumes
     exact = find_exact_pairs(robot, rng, lambda: report(0.0))
@@ -96,15 +108,12 @@ def _compute(robot: Robot, report: Callable[[float], None]) -> Arrays:
     return arrays
 
 
-def _key(robot: Robot) -> str:
-    return key_of(_inputs(robot))
-
-
 def _inputs(robot: Robot) -> Iterator[bytes]:
-    """Everything that the data depends on: formats, libraries, description, robot files."""
+    """All inputs of the cached data: format, versions of libraries, description, robot files."""
     yield FORMAT.encode()
     yield f"{pin.__version__} {coal.__version__} {np.__version__}".encode()
-    # No kept data depend on how candidates are ranked, nor on the trunk, which is quickly made.
+    # No cached data depend on the ranking of candidates. The trunk volume is not cached: it takes
+    # little time to compute.
     text = robot.description.model_dump_json(
         exclude={
             "limbs": {"__all__": {"heuristics"}},

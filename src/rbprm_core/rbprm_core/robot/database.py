@@ -1,31 +1,44 @@
-"""The limb sample database: valid configurations indexed by where they put the effector (4.1)."""
+"""The limb sample database: valid configurations of a limb, indexed by their effector's position.
+
+It is the database of Tonneau et al. 2018, section 4.1, with a grid in place of the octree.
+"""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from rbprm_core.arrays import Array, IntArray
 
-CELL = 0.12  # metres; edge of a cell: larger ones hold more samples to test, smaller ones are more
-MIN_CELLS = 6  # along the reach of a limb too small for cells of that edge, such as a finger
+CELL = 0.12  # metres; edge of a cell: larger cells hold more samples to test, smaller ones are more
+MIN_CELLS = 6  # number along the reach of a limb too small for cells of that edge, such as a finger
 
 
 class LimbDatabase:
-    """Samples of a limb sorted by the cell of a regular grid that holds their effector.
+    r"""Samples of a limb sorted by the cell of a regular grid that their effector lies in.
 
-    A grid does the octree's work in two NumPy passes: cells near a surface, then their samples.
+    The grid replaces the octree of Tonneau et al. 2018, section 4.1: two NumPy passes find the
+    cells near a surface, then the samples in them.
+
+    The limb's base frame is the frame of all positions. With $\dot{p} = J(q) \dot{q}$ the velocity
+    of the contact frame's origin (Tonneau et al. 2018, equation 10), the manipulability of a sample
+    is $h_w = \sqrt{\det(J J^T)}$ (equation 17).
 
     Args:
-        joints: (m, n) valid configurations. positions: (m, 3) effector centres in the base frame.
-        rotations: (m, 3, 3) of the contact frame. jacobians: (m, 3, n) of the centres
-            (equation 10). coms: (m, 3) centres of mass of the limb in the base frame.
+        joints: (m, n) valid configurations of the limb, radians or metres.
+        positions: (m, 3) origins of the contact frame in the base frame, metres.
+        rotations: (m, 3, 3) rotations of the contact frame in the base frame.
+        jacobians: (m, 3, n) Jacobians $J$ of the positions in the base frame.
+        coms: (m, 3) centres of mass of the limb in the base frame, metres.
 
     Attributes:
-        joints: (m, n). positions, coms: (m, 3), rotations: (m, 3, 3) in the base frame.
-        grams: (m, 3, 3) J J^T. manipulability: (m,) (equation 17).
+        joints: (m, n) valid configurations of the limb, sorted by cell, radians or metres.
+        positions: (m, 3) origins of the contact frame in the base frame, metres.
+        rotations: (m, 3, 3) rotations of the contact frame in the base frame.
+        coms: (m, 3) centres of mass of the limb in the base frame, metres.
+        grams: (m, 3, 3) matrices $J J^T$.
+        manipulability: (m,) manipulability $h_w$, cubic metres for a limb of revolute joints.
     """
 
     def __init__(
@@ -52,26 +65,35 @@ class LimbDatabase:
         self._box = low + np.indices((2, 2, 2)).reshape(3, -1).T * (high - low)
 
     def box(self, rotation: Array, translation: Array) -> tuple[Array, Array]:
-        """Least and greatest corner (3,) in the world of the box around all effector positions.
+        """Axis-aligned box in the world that contains all effector positions, metres.
 
         Args:
-            rotation: (3, 3), translation: (3,) of the limb's base in the world.
+            rotation: (3, 3) rotation of the limb's base in the world.
+            translation: (3,) position of the limb's base in the world, metres.
+
+        Returns:
+            Corner (3,) of the smallest coordinates, and corner (3,) of the largest.
         """
         corners = self._box @ rotation.T + translation
         return corners.min(axis=0), corners.max(axis=0)
 
     def near(
         self, normals: Array, offsets: Array, edge_normals: Array, edge_offsets: Array, band: float
-    ) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
-        """Samples whose effector is near a convex planar piece, over it.
+    ) -> tuple[IntArray, IntArray]:
+        r"""Samples whose effector is close to the plane of a convex piece and projects onto it.
+
+        A point $x$ is taken where $|n \cdot x - d| \le$ band for the piece's plane $(n, d)$ and
+        $m \cdot x \ge c$ for the half-spaces $(m, c)$ of all its edges. Frame: the limb's base.
 
         Args:
-            normals: (p, 3), offsets: (p,) of the pieces' planes in the base frame.
-            edge_normals: (p, e, 3) inward, edge_offsets: (p, e).
-            band: most metres from the plane on either side.
+            normals: (p, 3) unit normals $n$ of the pieces' planes.
+            offsets: (p,) offsets $d$ of the pieces' planes, metres.
+            edge_normals: (p, e, 3) unit normals $m$ of the edges in the planes, inward.
+            edge_offsets: (p, e) offsets $c$ of the edges, metres.
+            band: largest distance from the plane on either side, metres.
 
         Returns:
-            Indices of samples (h,) and of the pieces (h,) they are near to.
+            Indices (h,) of the samples, and indices (h,) of the pieces that they are close to.
         """
         half = self._cell * math.sqrt(3) / 2
         sides = [(edge_normals[:, k], edge_offsets[:, k]) for k in range(edge_offsets.shape[1])]
@@ -92,15 +114,18 @@ class LimbDatabase:
 
 
 def _height(
-    columns: Array,
-    sample: NDArray[np.int_],
-    normals: Array,
-    offsets: Array,
-    piece: NDArray[np.int_],
+    columns: Array, sample: IntArray, normals: Array, offsets: Array, piece: IntArray
 ) -> Array:
-    """Height (h,) of each sample's point, of columns (3, m), over the plane of its piece.
+    """Signed distances (h,) of samples to the planes of pieces, metres.
 
-    Column by column: gathering rows of three numbers takes several times as long.
+    It is summed column by column: gathering rows of three numbers takes several times as long.
+
+    Args:
+        columns: (3, m) positions of all samples, metres.
+        sample: (h,) indices of samples.
+        normals: (p, 3) unit normals of the planes.
+        offsets: (p,) offsets of the planes, metres.
+        piece: (h,) indices of pieces.
     """
     height = -offsets[piece]
     for column, normal in zip(columns, normals.T, strict=True):

@@ -1,6 +1,6 @@
-"""The robot description file (TOML): all that the algorithms know of a robot.
+"""The robot description file (TOML), which holds all data of a robot beside its URDF and SRDF.
 
-Adding a robot means adding a file; `docs/robot_file.md` documents every key.
+A robot is added by adding a file; `docs/robot_file.md` documents every key.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from rbprm_core.files import known_files, read_toml
 from rbprm_core.surface_kind import SurfaceKind
 from rbprm_core.validation import FILE_NAME, Record, one_of, parse_record
 
-MAX_SIZE = 10.0  # metres of a foot
-MAX_SCALE = 10.0  # of the trunk volume
-MAX_WEIGHT = 1e6  # of a heuristic
+MAX_SIZE = 10.0  # metres; limit on the size of a foot
+MAX_SCALE = 10.0  # limit on the scale of the trunk volume
+MAX_WEIGHT = 1e6  # limit on the weight of a heuristic
 
 Positive = Annotated[float, Field(gt=0, le=MAX_SIZE)]
 Names = Annotated[tuple[str, ...], Field(min_length=1)]
@@ -31,12 +31,13 @@ class PointContact(Record):
     """A ball foot, or a part of a ball, such as the front of a knee.
 
     Attributes:
-        radius: of the ball in metres; the contact point lies one radius from its centre.
-        center: of the ball in the effector frame, metres.
-        axis: from the ball's centre to the middle of the part that makes contact, in the effector
-            frame; of any length.
-        angle: between the axis and the outermost direction of that part, radians; pi for the whole
-            ball.
+        type: "point".
+        radius: radius of the ball, metres; the contact point lies one radius from its centre.
+        center: centre of the ball in the effector frame, metres.
+        axis: direction from the ball's centre to the middle of the part that makes contact, in the
+            effector frame; its length does not matter.
+        angle: angle between the axis and the outermost direction of that part, radians; pi for the
+            whole ball.
     """
 
     type: Literal["point"]
@@ -49,11 +50,14 @@ class PointContact(Record):
 class PlanarContact(Record):
     """A flat rectangular patch, such as a sole.
 
+    The origin of the contact frame is the middle of the patch; its z axis points away from the
+    surface.
+
     Attributes:
-        half_size: of the patch along its x and y axes, metres.
-        position, orientation: of the contact frame in the effector frame, metres and unit
-            quaternion [x, y, z, w]; its origin is the middle of the patch, its z axis points away
-            from the surface.
+        type: "planar".
+        half_size: half the sides of the patch along its x and y axes, metres.
+        position: origin of the contact frame in the effector frame, metres.
+        orientation: unit quaternion [x, y, z, w] of the contact frame in the effector frame.
     """
 
     type: Literal["planar"]
@@ -66,13 +70,16 @@ class LimbDescription(Record):
     """One limb.
 
     Attributes:
+        name: name of the limb.
         first_joint: name of the limb's joint nearest to the root.
-        effector: frame of the URDF that makes contact.
-        surfaces: kinds of surface that the limb may use.
-        root_pitch: of the root (about y, radians) for which a patch's samples are made: half of
-            them anywhere in this range, half with the root nearly upright.
-        heuristics: name of heuristic to weight; the weighted sum ranks contact candidates.
-        samples: size of the sample database (N of section 4.1).
+        effector: name of the frame in the URDF that the contact is fixed to.
+        contact: the part of the effector that makes contact.
+        surfaces: kinds of surface that the limb may be in contact with.
+        root_pitch: smallest and largest pitch of the root (about y), radians, that a patch's
+            samples are made for: half of them anywhere in this range, half with the root nearly
+            upright.
+        heuristics: weight by name of heuristic; the weighted sum ranks contact candidates.
+        samples: largest number of samples in the database (N of Tonneau et al. 2018, section 4.1).
     """
 
     name: str
@@ -86,13 +93,13 @@ class LimbDescription(Record):
 
 
 class VolumeSettings(Record):
-    """How the volumes of appendix A are made.
+    """Settings of the volumes of the reachability condition (Tonneau et al. 2018, appendix A).
 
     Attributes:
-        trunk_links: links whose collision geometry makes the trunk volume W0.
-        trunk_scale: the factor s of section 3.2.
-        samples: configurations drawn for each reachable workspace (N of appendix A.1).
-        faces: most faces of a simplified workspace (the paper: 38).
+        trunk_links: names of the links whose collision geometry makes the trunk volume $W^0$.
+        trunk_scale: scaling factor $s$ of the trunk volume (section 3.2 there).
+        samples: number of configurations drawn for each reachable workspace (N of appendix A.1).
+        faces: largest number of faces of a simplified workspace (38 in appendix A.1).
     """
 
     trunk_links: Names
@@ -102,17 +109,22 @@ class VolumeSettings(Record):
 
 
 class RobotDescription(Record):
-    """A robot as the planner sees it.
+    """A robot as the planner uses it.
 
     Attributes:
-        urdf, srdf: paths relative to a `share` folder, or absolute.
-        reference_posture: name of an SRDF group state, or joint values in radians by joint name.
-        root_joints: joints planned with the root (r > 6 in section 2.3).
-        limbs: all that the robot may use; two of them may share joints, as a foot and a knee do.
-        default_limbs: names of the limbs used where nothing else is said; None for all.
-        joint_ranges: narrower limits in radians by joint name, where the URDF's are no help
-            (several turns) or where a knee must not flip.
-        seed: of the random samples; part of the robot data's key.
+        name: name of the robot.
+        urdf: path of the URDF, relative to a `share` folder or absolute.
+        srdf: path of the SRDF, likewise; None for a robot without one.
+        reference_posture: name of a group state of the SRDF, or joint positions by joint name,
+            radians or metres; joints not named are at 0.
+        root_joints: names of the joints planned with the root (r > 6 in Tonneau et al. 2018,
+            section 2.3).
+        joint_ranges: lower and upper limit by joint name, radians or metres, narrower than the
+            URDF's; for joints that the URDF allows several turns, or for a knee that must not flip.
+        volumes: settings of the volumes of the reachability condition.
+        limbs: all limbs that can be used; two of them may share joints, as a foot and a knee do.
+        default_limbs: names of the limbs used where a request names none; None for all.
+        seed: seed of the random samples; a part of the key of the cached robot data.
     """
 
     name: Annotated[str, Field(pattern=FILE_NAME)]
@@ -142,13 +154,14 @@ class RobotDescription(Record):
     def using(
         self, limbs: Sequence[str] | None = None, root_joints: Sequence[str] | None = None
     ) -> RobotDescription:
-        """The robot with some of its limbs; what hangs on the others keeps the reference posture.
+        """The robot with some of its limbs; the joints of the others keep the reference posture.
 
         Args:
-            limbs: names; the description's own choice where None. root_joints: likewise.
+            limbs: names of limbs; None for the description's default limbs.
+            root_joints: names of joints to plan with the root; None for the description's.
 
         Raises:
-            InvalidInput: a limb that the robot does not have.
+            InvalidInput: an unknown limb, a limb named twice, or none.
         """
         known = tuple(limb.name for limb in self.limbs)
         chosen = limbs if limbs is not None else self.default_limbs or known
@@ -164,33 +177,34 @@ class RobotDescription(Record):
         }
         return self.model_copy(update=changed)
 
-    def ranked_by(self, heuristics: Mapping[str, Mapping[str, float]]) -> RobotDescription:
+    def with_heuristics(self, heuristics: Mapping[str, Mapping[str, float]]) -> RobotDescription:
         """The robot with other heuristics for some of its limbs.
 
         Args:
-            heuristics: name of heuristic to weight, by name of limb; the other limbs keep theirs.
+            heuristics: weights by name of heuristic, by name of limb; other limbs keep theirs.
 
         Raises:
-            InvalidInput: a limb that the robot does not have.
+            InvalidInput: an unknown limb.
         """
         return self._changed("heuristics", {k: dict(v) for k, v in heuristics.items()})
 
-    def touching(self, surfaces: Mapping[str, tuple[SurfaceKind, ...]]) -> RobotDescription:
+    def with_surfaces(self, surfaces: Mapping[str, tuple[SurfaceKind, ...]]) -> RobotDescription:
         """The robot with other kinds of surface for some of its limbs.
 
         Args:
-            surfaces: kinds by name of limb; the other limbs keep theirs.
+            surfaces: kinds of surface by name of limb; other limbs keep theirs.
 
         Raises:
-            InvalidInput: a limb that the robot does not have.
+            InvalidInput: an unknown limb.
         """
         return self._changed("surfaces", surfaces)
 
-    def bulky(self, links: tuple[str, ...] | None, scale: float | None) -> RobotDescription:
-        """The robot with another trunk volume W0.
+    def with_trunk(self, links: tuple[str, ...] | None, scale: float | None) -> RobotDescription:
+        """The robot with another trunk volume $W^0$.
 
         Args:
-            links: whose boxes make it, scale: the factor s; as they are where None.
+            links: names of the links whose boxes make the volume; None keeps the description's.
+            scale: scaling factor $s$; None keeps the description's.
         """
         volumes = self.volumes
         changed = {
@@ -200,7 +214,7 @@ class RobotDescription(Record):
         return self.model_copy(update={"volumes": volumes.model_copy(update=changed)})
 
     def _changed(self, field: str, values: Mapping[str, object]) -> RobotDescription:
-        """The robot with another value of a field for the limbs named."""
+        """The robot with another value of a field for some limbs, by their names."""
         known = tuple(limb.name for limb in self.limbs)
         chosen = {one_of(field, name, known): value for name, value in values.items()}
         limbs = tuple(
@@ -211,14 +225,17 @@ class RobotDescription(Record):
 
 
 def known_robots() -> dict[str, Path]:
-    """Names of the robots that come with the package, and their files."""
+    """File by name of robot, for the robots that come with the package."""
     return known_files("rbprm_core.robot", "descriptions")
 
 
 def load_description(robot: str) -> RobotDescription:
-    """The description of a robot given by a known name or by the path of a file.
+    """The description of a robot.
+
+    Args:
+        robot: a known name, or the path of a robot file.
 
     Raises:
-        InvalidInput: unknown robot, unreadable file, or a field at fault.
+        InvalidInput: an unknown robot, an unreadable file, or an invalid field.
     """
     return parse_record(RobotDescription, read_toml(robot, known_robots(), "robot"), "robot")

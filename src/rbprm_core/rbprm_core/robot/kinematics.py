@@ -1,29 +1,31 @@
-"""Kinematics of one limb on its own joints: a model of n joints instead of the whole robot's."""
+"""Forward kinematics of one limb: a model of its n joints alone instead of the whole robot's."""
 
 from __future__ import annotations
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from rbprm_core.arrays import Array, IntArray
 
-FIRST = 1  # id of a limb's first joint in the model of the limb alone
+FIRST = 1  # id of the limb's first joint in the model of the limb alone
 
 
 class LimbKinematics:
-    """Effector placement and Jacobian of a limb in the frame of the joint it hangs on.
+    """Placement and Jacobian of a limb's contact frame in the limb's base frame.
 
-    Not thread-safe: it holds pinocchio's scratch data.
-
-    Attributes:
-        mass: of the limb and all that it carries, kilograms.
+    The base frame is the frame of the joint that the limb is attached to. An instance is not
+    thread-safe, since it holds pinocchio's scratch data.
 
     Args:
-        model: of the whole robot. reference: (nq,) the posture that all other joints keep.
-        base: id of the joint that the limb hangs on.
-        joints: (n,) ids of the limb's joints.
-        frame: id of the effector frame. contact: placement of the contact frame in it.
+        model: kinematic model of the whole robot.
+        reference: (nq,) reference posture, in which all other joints stay.
+        base: id of the joint that the limb is attached to.
+        joints: (n,) ids of the limb's joints, from the base outwards.
+        frame: id of the effector frame.
+        contact: placement of the contact frame in the effector frame.
+
+    Attributes:
+        mass: mass of the limb and of all links beyond it, kilograms.
     """
 
     def __init__(
@@ -31,7 +33,7 @@ class LimbKinematics:
         model: pin.Model,
         reference: Array,
         base: int,
-        joints: NDArray[np.int_],
+        joints: IntArray,
         frame: int,
         contact: pin.SE3,
     ) -> None:
@@ -42,8 +44,8 @@ class LimbKinematics:
         self._tip = self._model.addFrame(pin.Frame("contact", len(joints), tip, kind, inertia))
         self._data = self._model.createData()
         self.mass = float(sum(model.inertias[j].mass for j in model.subtrees[int(joints[0])]))
-        # Joints between root and base are locked, too; measured from the base, they and the root
-        # do not matter.
+        # Joints between root and base are locked, too. Neither they nor the root change poses
+        # relative to the base.
         whole = model.createData()
         pin.forwardKinematics(model, whole, reference)
         self._from_base = whole.oMi[base].inverse()
@@ -51,10 +53,14 @@ class LimbKinematics:
         self._base_translation = self._from_base.translation.copy()
 
     def placement_and_jacobian(self, q: Array) -> tuple[Array, Array, Array]:
-        """The contact frame in the base frame, and its Jacobian (equation 10).
+        """Pose of the contact frame in the base frame, and its Jacobian.
+
+        Args:
+            q: (n,) joint positions of the limb, radians or metres.
 
         Returns:
-            Position (3,) in metres, rotation (3, 3), Jacobian (6, n): linear above, angular below.
+            Position (3,) in metres, rotation (3, 3), and Jacobian (6, n) in the base frame: linear
+            velocity in the first three rows, angular velocity in the last three.
         """
         jacobian = pin.computeFrameJacobian(
             self._model, self._data, q, self._tip, pin.LOCAL_WORLD_ALIGNED
@@ -68,13 +74,26 @@ class LimbKinematics:
         return position, rotation @ placement.rotation, turned
 
     def com(self, q: Array) -> Array:
-        """Centre of mass (3,) of the limb and all that it carries, in the base frame, metres."""
+        """Centre of mass (3,) of the limb and of all links beyond it, in the base frame, metres.
+
+        Args:
+            q: (n,) joint positions of the limb, radians or metres.
+        """
         pin.centerOfMass(self._model, self._data, q, True)
         first = self._data.oMi[FIRST].act(self._data.com[FIRST])
         return np.asarray(self._base_rotation @ first + self._base_translation)
 
     def position_and_jacobian(self, q: Array) -> tuple[Array, Array]:
-        """Contact centre (3,) in metres and its Jacobian (3, n) in the base frame (equation 10)."""
+        r"""Origin of the contact frame in the base frame, and its Jacobian.
+
+        The Jacobian is $J$ of $\dot{p} = J(q) \dot{q}$ (Tonneau et al. 2018, equation 10).
+
+        Args:
+            q: (n,) joint positions of the limb, radians or metres.
+
+        Returns:
+            Position (3,) in metres, and Jacobian (3, n) in the base frame.
+        """
         jacobian = pin.computeFrameJacobian(
             self._model, self._data, q, self._tip, pin.LOCAL_WORLD_ALIGNED
         )

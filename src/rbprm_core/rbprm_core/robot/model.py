@@ -7,33 +7,34 @@ from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array, IntArray
 from rbprm_core.errors import InvalidInput
 from rbprm_core.resources import find_resource, share_folders
 from rbprm_core.robot.description import RobotDescription
 from rbprm_core.robot.limb import Limb, make_limb
-
-Array = NDArray[np.float64]
 
 ROOT_JOINT = 1  # pinocchio numbers the universe 0 and the free-flyer 1
 
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """A robot with a free-flying root.
+    """A robot with a floating base, called root.
 
-    A configuration q is pinocchio's: root position (3), root quaternion [x, y, z, w] (4), joints.
+    A configuration q (nq,) is that of pinocchio: position of the root (3) in metres, unit
+    quaternion [x, y, z, w] of the root (4), positions of the joints in radians or metres.
 
     Attributes:
-        description: where all this came from.
-        model: kinematics and masses.
-        limbs: in the order of the description.
-        low, high: (nq,) limits; infinite for the root.
-        reference: (nq,) the reference posture with the root at the origin.
-        joint_names: names of the joints in configuration order, root excluded.
+        description: the robot's description.
+        model: pinocchio's kinematic model with masses, the root as a free-flyer joint.
+        limbs: the limbs, in the order of the description.
+        low: (nq,) lower limits of the configuration; minus infinity for the root.
+        high: (nq,) upper limits of the configuration; infinity for the root.
+        reference: (nq,) reference posture with the root at the origin.
+        joint_names: names of the joints in the order of the configuration, without the root.
         root_joints: ids of the joints planned with the root.
-        root_index: places in q of the root's degrees of freedom, the 7 of its pose first.
+        root_index: (7 + j,) indices in q of the degrees of freedom planned with the root: the
+            root's pose, then the j joints.
     """
 
     description: RobotDescription
@@ -44,13 +45,13 @@ class Robot:
     reference: Array
     joint_names: tuple[str, ...]
     root_joints: tuple[int, ...]
-    root_index: NDArray[np.int_]
+    root_index: IntArray
 
     @cached_property
     def geometry(self) -> pin.GeometryModel:
-        """Collision geometry as the URDF gives it, with the pairs that the SRDF leaves.
+        """Collision geometry of the URDF, with the pairs that the SRDF does not disable.
 
-        Read when first asked for: meshes take a hundred times as long as the rest of the robot.
+        It is read at first use: meshes take a hundred times as long as the rest of the robot.
 
         Raises:
             InvalidInput: meshes, or pairs in the SRDF, that cannot be read.
@@ -64,7 +65,7 @@ class Robot:
 
     @property
     def mass(self) -> float:
-        """Total mass in kilograms."""
+        """Total mass, kilograms."""
         return float(pin.computeTotalMass(self.model))
 
     @cached_property
@@ -76,9 +77,13 @@ class Robot:
         return float(max(radius - contact.translation[2] for contact, radius in contacts))
 
     def fixed_to(self, joint: int) -> int:
-        """The nearest joint at or above one that moves: the root's, one planned with it, a limb's.
+        """Id of the nearest moving joint among a joint and its ancestors.
 
-        All other joints keep their position of the reference posture.
+        The root, the joints planned with it and the joints of limbs move; all other joints keep
+        their position in the reference posture.
+
+        Args:
+            joint: id of a joint.
         """
         moving = {ROOT_JOINT, *self.root_joints, *(j for limb in self.limbs for j in limb.joints)}
         while joint not in moving:
@@ -87,12 +92,15 @@ class Robot:
 
     @staticmethod
     def load(description: RobotDescription) -> Robot:
-        """Read URDF and SRDF, but for the meshes, and resolve every name.
+        """The robot of a description, read from its URDF and SRDF without the meshes.
 
         The limbs are the description's default ones; `RobotDescription.using` chooses others.
 
+        Args:
+            description: description of the robot.
+
         Raises:
-            InvalidInput: missing or unreadable file, unknown name, or unsupported joint.
+            InvalidInput: a missing or unreadable file, an unknown name, or an unsupported joint.
         """
         if description.default_limbs is not None:
             description = description.using()
@@ -100,16 +108,7 @@ class Robot:
         low, high = _limits(model, description)
         reference = _reference(model, description, low, high)
         limbs = tuple(make_limb(model, text, low, high, reference) for text in description.limbs)
-        taken = _taken_joints(model, limbs)
-        root_joints = [_joint(model, name, "robot.root_joints") for name in description.root_joints]
-        for joint in root_joints:
-            if root_joints.count(joint) > 1:
-                raise InvalidInput("robot.root_joints", model.names[joint], "is named twice")
-            if joint in taken:
-                reason = (
-                    f"is a joint of limb {taken[joint]}; it cannot be planned with the root too"
-                )
-                raise InvalidInput("robot.root_joints", model.names[joint], reason)
+        root_joints = _root_joints(model, description, limbs)
         root_index = [*range(7), *(model.joints[j].idx_q for j in root_joints)]
         return Robot(
             description=description,
@@ -124,8 +123,23 @@ class Robot:
         )
 
 
+def _root_joints(
+    model: pin.Model, description: RobotDescription, limbs: tuple[Limb, ...]
+) -> list[int]:
+    """Ids of the joints planned with the root, none of which belongs to a limb."""
+    taken = _taken_joints(model, limbs)
+    root_joints = [_joint(model, name, "robot.root_joints") for name in description.root_joints]
+    for joint in root_joints:
+        if root_joints.count(joint) > 1:
+            raise InvalidInput("robot.root_joints", model.names[joint], "is named twice")
+        if joint in taken:
+            reason = f"is a joint of limb {taken[joint]}; it cannot be planned with the root too"
+            raise InvalidInput("robot.root_joints", model.names[joint], reason)
+    return root_joints
+
+
 def _taken_joints(model: pin.Model, limbs: tuple[Limb, ...]) -> dict[int, str]:
-    """Name of the limb that each joint belongs to."""
+    """Name of the limb by id of joint, for the joints of all limbs."""
     taken: dict[int, str] = {}
     for limb in limbs:
         for joint in map(int, limb.joints):
@@ -137,7 +151,7 @@ def _taken_joints(model: pin.Model, limbs: tuple[Limb, ...]) -> dict[int, str]:
 
 
 def _joint(model: pin.Model, name: str, field: str) -> int:
-    """Id of a joint of one axis; the root's own is none."""
+    """Id of a joint with one axis, which the root's joint is not."""
     if name not in model.names[2:]:
         known = ", ".join(model.names[2:])
         raise InvalidInput(field, name, f"unknown joint; known: {known}")
@@ -171,17 +185,17 @@ def _limits(model: pin.Model, description: RobotDescription) -> tuple[Array, Arr
     """Joint limits of the URDF, narrowed by the description's ranges."""
     low, high = model.lowerPositionLimit.copy(), model.upperPositionLimit.copy()
     low[:7], high[:7] = -np.inf, np.inf
-    for name, (least, most) in description.joint_ranges.items():
+    for name, (lower, upper) in description.joint_ranges.items():
         index = model.joints[_joint(model, name, "robot.joint_ranges")].idx_q
-        low[index], high[index] = max(low[index], least), min(high[index], most)
+        low[index], high[index] = max(low[index], lower), min(high[index], upper)
         if low[index] > high[index]:
             reason = "lies outside the URDF's limits"
-            raise InvalidInput(f"robot.joint_ranges.{name}", (least, most), reason)
+            raise InvalidInput(f"robot.joint_ranges.{name}", (lower, upper), reason)
     return low, high
 
 
 def _read_geometry(model: pin.Model, description: RobotDescription) -> pin.GeometryModel:
-    """Collision geometry with the pairs that the SRDF leaves."""
+    """Collision geometry with the pairs that the SRDF does not disable."""
     shares = share_folders()
     folders = [str(f) for share in shares for f in (share, share / "example-robot-data" / "robots")]
     urdf = str(find_resource(description.urdf, "robot.urdf"))
@@ -205,7 +219,7 @@ def _read_geometry(model: pin.Model, description: RobotDescription) -> pin.Geome
 
 
 def _remove_adjacent_pairs(model: pin.Model, geometry: pin.GeometryModel) -> None:
-    """Without an SRDF, links that share a joint may touch by design."""
+    """Remove the pairs of links that share a joint, since without an SRDF these may touch."""
     joints = [g.parentJoint for g in geometry.geometryObjects]
     for pair in list(geometry.collisionPairs):
         a, b = joints[pair.first], joints[pair.second]
@@ -214,7 +228,7 @@ def _remove_adjacent_pairs(model: pin.Model, geometry: pin.GeometryModel) -> Non
 
 
 def _reference(model: pin.Model, description: RobotDescription, low: Array, high: Array) -> Array:
-    """The reference posture with the root at the origin, inside the limits."""
+    """Reference posture (nq,) with the root at the origin, inside the limits."""
     q = pin.neutral(model)
     posture = description.reference_posture
     if isinstance(posture, str):

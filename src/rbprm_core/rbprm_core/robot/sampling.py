@@ -1,4 +1,4 @@
-"""Valid configurations of one limb: inside its limits, clear of itself and of the root part."""
+"""Random valid configurations of one limb: inside its limits and free of self-collision."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.errors import InvalidInput
 from rbprm_core.robot.bodies import Bodies
 from rbprm_core.robot.limb import Limb
@@ -16,23 +16,22 @@ from rbprm_core.robot.model import Robot
 from rbprm_core.robot.projection import face
 from rbprm_core.surface_kind import SurfaceKind
 
-Array = NDArray[np.float64]
-
-MIN_VALID = 100
-PITCHED = 0.5  # share of the samples made for a root anywhere in the limb's pitch range
-MAX_TILT = 0.35  # tangent of the tilt of the surfaces that samples of a patch face
-REPORT_EVERY = 50  # configurations; a few hundredths of a second, for reports may stop the work
+MIN_VALID = 100  # configurations; fewer valid ones mean a fault in the description
+PITCHED = 0.5  # share of the samples for a root at any pitch in the limb's pitch range
+MAX_TILT = 0.35  # tangent of the largest tilt of the surfaces that samples of a patch face
+REPORT_EVERY = 50  # configurations, a few hundredths of a second: a report may stop the work
 
 
 @dataclass(frozen=True, eq=False)
 class LimbSamples:
-    """Valid limb configurations and what the heuristics need of them.
+    """Valid configurations of a limb and quantities derived from them.
 
     Attributes:
-        joints: (m, n) joint positions.
-        positions: (m, 3) effector centres in the base frame, metres.
-        rotations: (m, 3, 3) of the contact frame in the base frame.
-        jacobians: (m, 3, n) of the centres in the base frame (equation 10).
+        joints: (m, n) joint positions, radians or metres.
+        positions: (m, 3) origins of the contact frame in the base frame, metres.
+        rotations: (m, 3, 3) rotations of the contact frame in the base frame.
+        jacobians: (m, 3, n) Jacobians of the positions in the base frame (Tonneau et al. 2018,
+            equation 10).
         coms: (m, 3) centres of mass of the limb in the base frame, metres.
     """
 
@@ -51,13 +50,22 @@ def sample_limb(
     rng: np.random.Generator,
     report: Callable[[float], None],
 ) -> LimbSamples:
-    """Draw limb configurations uniformly inside the limits and keep the valid ones.
+    """The valid ones of some configurations drawn uniformly inside the limb's limits.
+
+    Configurations of a limb with a planar contact spot are turned first so that the spot faces a
+    surface. Valid configurations are free of collisions of the limb with itself and with the root
+    part (Tonneau et al. 2018, section 4.1 and appendix A.1).
 
     Args:
-        draws: configurations drawn. report: told the share done, 0 to 1.
+        robot: the robot; its other joints keep the reference posture.
+        bodies: collision bodies of the robot.
+        limb: a limb of the robot.
+        draws: number of configurations drawn.
+        rng: source of the configurations.
+        report: function called with the share done, 0 to 1; may raise to stop.
 
     Raises:
-        InvalidInput: hardly any valid one; the description cannot be right.
+        InvalidInput: fewer than `MIN_VALID` valid configurations, so the description must be wrong.
     """
     pairs = bodies.limb_pairs(robot.limbs.index(limb))
     geometry = bodies.model(pairs)
@@ -80,7 +88,11 @@ def sample_limb(
             "self-collision: check the SRDF's disabled pairs and joint_ranges"
         )
         raise InvalidInput(f"limbs.{limb.name}", limb.effector, reason)
-    kept = drawn[valid]
+    return _derive(limb, drawn[valid], report)
+
+
+def _derive(limb: Limb, kept: Array, report: Callable[[float], None]) -> LimbSamples:
+    """Samples of a limb from their joints (m, n)."""
     found, coms = [], np.empty((len(kept), 3))
     for i, joints in enumerate(kept):
         if i % REPORT_EVERY == 0:
@@ -92,9 +104,9 @@ def sample_limb(
 
 
 def _face_surface(limb: Limb, joints: Array, rng: np.random.Generator) -> Array | None:
-    """Joints (n,) near the given ones whose patch faces a surface of a kind the limb may use.
+    """Joints (n,) near given ones at which the patch faces a random surface that the limb may use.
 
-    Few random postures of a leg have a level sole.
+    It is needed since few random postures of a leg have a level sole.
     """
     kind = limb.surfaces[rng.integers(len(limb.surfaces))]
     if kind is SurfaceKind.SUPPORT:
