@@ -11,12 +11,14 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from rbprm_core.check import transitions
+from rbprm_core.check import check_plan, transitions
 from rbprm_core.errors import InvalidInput
+from rbprm_core.plan_conversion.states_to_plan import robot_entry
 from rbprm_core.plan_record import FORMAT, ContactPlan
 from rbprm_core.planner import Outcome
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot import Robot
+from rbprm_core.robot.data import RobotData
 
 Document = dict[str, Any]
 Outcomes = dict[int, tuple[PlanRequest, Outcome]]
@@ -53,7 +55,7 @@ def test_out_and_in_again(plan: ContactPlan, tmp_path: Path) -> None:
 def test_the_keys_that_a_reader_may_count_on(plan: ContactPlan, tmp_path: Path) -> None:
     plan.write(tmp_path / "plan.json")
     text = json.loads((tmp_path / "plan.json").read_text())
-    assert text["format"] == FORMAT == "rbprm-contact-plan/1"
+    assert text["format"] == FORMAT == "rbprm-contact-plan/2"
     assert {"robot", "environment", "request", "guide", "states", "statistics"} <= text.keys()
     assert {"name", "urdf", "srdf", "joint_names"} <= text["robot"].keys()
     assert {"name", "meshes", "surfaces"} <= text["environment"].keys()
@@ -150,8 +152,9 @@ def test_a_plan_that_cannot_be_written(plan: ContactPlan, tmp_path: Path) -> Non
         (b"3", "format", "plan file"),
         (b"null", "format", "plan file"),
         (b"{}", "format", "plan file"),
-        (b'{"format": "rbprm-contact-plan/2"}', "format", "plan file"),
+        (b'{"format": "rbprm-contact-plan/3"}', "format", "plan file"),
         (b'{"format": "rbprm-contact-plan/1"}', "robot", "required"),
+        (b'{"format": "rbprm-contact-plan/2"}', "robot", "required"),
     ],
 )
 def test_a_file_that_is_no_plan(tmp_path: Path, content: bytes, field: str, reason: str) -> None:
@@ -209,3 +212,41 @@ def test_the_first_field_at_fault_is_named(
     with pytest.raises(InvalidInput) as caught:
         ContactPlan.read(write(tmp_path, document))
     assert caught.value.field == field
+
+
+VERSION_1 = Path(__file__).parent / "data" / "version_1.plan.json"
+
+
+def test_a_file_of_version_1_is_read_and_checked(tmp_path: Path) -> None:
+    plan = ContactPlan.read(VERSION_1)
+    assert plan.format == "rbprm-contact-plan/1"
+    assert check_plan(plan).valid
+    assert plan.request.bounds is plan.request.options is None
+    assert (plan.robot.root_frame, plan.robot.description) == ("", None)
+    assert all(node.joints == () for node in plan.guide)
+    plan.write(tmp_path / "again.json")
+    assert ContactPlan.read(tmp_path / "again.json") == plan
+
+
+def test_version_2_holds_the_whole_request(plan: ContactPlan, outcomes: Outcomes) -> None:
+    request, outcome = outcomes[0]
+    entry = plan.request
+    assert entry == request.entry()
+    assert entry.options is not None
+    assert entry.options["sequence"]["step"] == request.options.sequence.step
+    assert (entry.stages.guide, entry.stages.contacts) == ("rrt", "along_guide")
+    assert entry.required_limbs == request.required_limbs
+    assert entry.start_limbs == request.start_limbs
+    assert entry.bounds is not None
+    assert entry.bounds.x == (request.bounds.low[0], request.bounds.high[0])
+    assert plan.robot.root_frame == "base_link"
+    assert plan.robot.description is not None
+    assert len(plan.guide) == len(outcome.guide.nodes)
+
+
+def test_joints_planned_with_the_root_are_kept(toy_data: RobotData) -> None:
+    """The toy's waist is planned with its root."""
+    robot = toy_data.robot
+    entry = robot_entry(robot)
+    assert entry.root_joints == ("waist",)
+    assert entry.root_frame == "trunk"

@@ -585,11 +585,11 @@ def test_a_mesh_may_be_moved_with_start_and_goal(hyq_data: RobotData) -> None:
 @pytest.mark.parametrize(
     ("changes", "field"),
     [
-        ({"start_limbs": ("lf_leg", *LEGS)}, "start_limbs"),
-        ({"required_limbs": ("lf_leg", "lf_leg")}, "required_limbs"),
-        ({"required_limbs": ("wing",)}, "required_limbs"),
-        ({"goal_limbs": ("wing",)}, "goal_limbs"),
-        ({"goal_limbs": ("lf_leg", "lf_leg")}, "goal_limbs"),
+        ({"start_limbs": ("lf_leg", *LEGS)}, "start_limbs.1"),
+        ({"required_limbs": ("lf_leg", "lf_leg")}, "required_limbs.1"),
+        ({"required_limbs": ("wing",)}, "required_limbs.0"),
+        ({"goal_limbs": ("wing",)}, "goal_limbs.0"),
+        ({"goal_limbs": ("lf_leg", "lf_leg")}, "goal_limbs.1"),
         ({"robustness_threshold": -1.0}, "robustness_threshold"),
         ({"robustness_threshold": float("nan")}, "robustness_threshold"),
         ({"seed": -1}, "seed"),

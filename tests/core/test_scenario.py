@@ -137,7 +137,7 @@ def test_limbs_and_root_joints_of_the_scenarios_robot() -> None:
         parse(
             {**chosen, "request": {**chosen["request"], "required_limbs": ["right_leg"]}}
         ).request_for(own)
-    assert caught.value.field == "request.required_limbs"
+    assert caught.value.field == "request.required_limbs.0"
 
 
 def test_another_robot_keeps_its_own_limbs_surfaces_and_trunk() -> None:
@@ -233,7 +233,7 @@ def test_limbs_asked_for_at_the_goal(hyq: Robot) -> None:
     assert parse(content()).request_for(hyq).goal_limbs is None
     asked = parse(content(goal_limbs=["rh_leg", "lf_leg"])).request_for(hyq)
     assert asked.goal_limbs == ("rh_leg", "lf_leg")
-    with pytest.raises(InvalidInput, match="names a limb twice"):
+    with pytest.raises(InvalidInput, match="is named twice"):
         parse(content(goal_limbs=["rh_leg", "rh_leg"])).request_for(hyq)
 
 
@@ -386,8 +386,8 @@ def test_changes_for_a_users_own_robot() -> None:
 @pytest.mark.parametrize(
     ("request_", "field", "reason"),
     [
-        ({"required_limbs": ["lf_leg", "tail"]}, "request.required_limbs", "lf_leg, rf_leg"),
-        ({"start_limbs": ["wing"]}, "request.start_limbs", "unknown"),
+        ({"required_limbs": ["lf_leg", "tail"]}, "request.required_limbs.1", "lf_leg, rf_leg"),
+        ({"start_limbs": ["wing"]}, "request.start_limbs.0", "unknown"),
         (
             {"start": {"position": [0, 0, 1], "orientation": [0, 0, 0, 0]}},
             "request.start.orientation",

@@ -2,99 +2,89 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
+from dataclasses import asdict
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
-from pydantic import Field
+from pydantic import Field, create_model
+from pydantic.fields import FieldInfo
 
 from rbprm_core.contacts.heuristics import check_names
 from rbprm_core.environment import load_scene, polygon_surfaces
 from rbprm_core.errors import InvalidInput
 from rbprm_core.files import known_files, read_toml
-from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.option_names import RENAMED_OPTIONS, with_new_names
-from rbprm_core.placement import Placement
-from rbprm_core.plan_record import EnvironmentEntry, MeshEntry, SurfaceEntry
-from rbprm_core.request import PlannerOptions, PlanRequest, limb_names
+from rbprm_core.plan_record import (
+    BoundsEntry,
+    ClassificationEntry,
+    EnvironmentEntry,
+    MeshEntry,
+    Pose,
+    Quaternion,
+    RequestFields,
+    SurfaceEntry,
+)
+from rbprm_core.plan_record.request_entry import TimeLimit
+from rbprm_core.request import PlannerOptions, PlanRequest, StageNames
 from rbprm_core.robot import Robot, known_robots, load_description
 from rbprm_core.robot.description import MAX_SCALE, Weights
 from rbprm_core.scene import Classification, Scene
-from rbprm_core.statics import GRIP_FORCE
 from rbprm_core.surface_kind import SurfaceKind
-from rbprm_core.validation import (
-    FILE_NAME,
-    MAX_FORCE,
-    Acceleration,
-    Coordinate,
-    Record,
-    Robustness,
-    finite_number,
-    parse_record,
-)
+from rbprm_core.validation import FILE_NAME, Coordinate, Record, naming_fields, parse_record
 
-Range = tuple[Coordinate, Coordinate]
-Gravity = tuple[Acceleration, Acceleration, Acceleration]
-HalfRange = Annotated[float, Field(ge=0, le=math.tau)]
-GripForce = Annotated[float, Field(gt=0, le=MAX_FORCE)]
-TimeLimit = Annotated[float, Field(gt=0, le=1e6)]
 RobotName = Annotated[str, Field(pattern=FILE_NAME)]
 
 TABLES = {"classification": "environment.classification"}
 """Table of a scenario that holds an option, by the first part of the option's name; the others are
 in `options`."""
 
+FIELDS = {"options": "options", "stages": "stages", "seed": "seed"}
+"""Fields of a `PlanRequest` that a scenario has outside of its table `request`."""
+
 SLIP = 0.9  # difflib's ratio from which on a name is one misspelt: a letter more or less in five
 
 
-class PoseText(Record):
-    """A placement of the root; orientation is [x, y, z, w]."""
+class PoseText(Pose, extra="forbid"):
+    """A placement of the root.
+
+    Attributes:
+        position: (3,) metres.
+        orientation: (4,) unit quaternion [x, y, z, w].
+    """
 
     position: tuple[Coordinate, Coordinate, Coordinate]
-    orientation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 
-class BoundsText(Record):
-    """Where the root may be: metres, and largest absolute angles in radians."""
-
-    x: Range
-    y: Range
-    z: Range
-    yaw: HalfRange
-    pitch: HalfRange
-    roll: HalfRange
+class BoundsText(BoundsEntry, extra="forbid"):
+    """Where the root may be; unknown keys are errors."""
 
 
-class RequestText(Record):
-    """Start, goal and conditions; see `PlanRequest`."""
+class RequestText(RequestFields, extra="forbid"):
+    """Start, goal and conditions, see `RequestFields`; unknown keys are errors."""
 
     start: PoseText
     goal: PoseText
     bounds: BoundsText
-    required_limbs: tuple[str, ...] | None = None
-    start_limbs: tuple[str, ...] | None = None
-    goal_limbs: tuple[str, ...] | None = None
-    robustness_threshold: Robustness = 0.0
-    gravity: Gravity = (0.0, 0.0, -9.81)
-    grip_force: GripForce = GRIP_FORCE
     time_limit: TimeLimit = 60.0
 
 
-class RobotChanges(Record):
-    """What of the request is different for another robot."""
+def _optional(fields: Mapping[str, FieldInfo]) -> dict[str, Any]:
+    """The same fields, each of which may be left out."""
+    return {name: (info.rebuild_annotation() | None, None) for name, info in fields.items()}
 
-    start: PoseText | None = None
-    goal: PoseText | None = None
-    bounds: BoundsText | None = None
-    required_limbs: tuple[str, ...] | None = None
-    start_limbs: tuple[str, ...] | None = None
-    goal_limbs: tuple[str, ...] | None = None
-    robustness_threshold: Robustness | None = None
-    gravity: Gravity | None = None
-    grip_force: GripForce | None = None
-    time_limit: TimeLimit | None = None
+
+if TYPE_CHECKING:
+    RobotChanges = Record
+else:
+    RobotChanges = create_model(
+        "RobotChanges",
+        __base__=Record,
+        __doc__="Fields of the request that differ for another robot.",
+        **_optional(RequestText.model_fields),
+    )
 
 
 class TrunkText(Record):
@@ -156,6 +146,7 @@ class Scenario(Record):
     environment: EnvironmentText
     request: RequestText
     options: PlannerOptions = PlannerOptions()
+    stages: StageNames = StageNames()
     robots: dict[RobotName, RobotChanges] = {}
     edits: tuple[EditText, ...] = ()
 
@@ -190,24 +181,19 @@ class Scenario(Record):
         Raises:
             InvalidInput: a limb that the robot does not have, empty bounds, a bad quaternion.
         """
-        text = self.request_text(robot.name)
-        if robustness_threshold is None:
-            robustness_threshold = text.robustness_threshold
-        return PlanRequest(
-            start=_placement(text.start, "request.start"),
-            goal=_placement(text.goal, "request.goal"),
-            bounds=_bounds(text.bounds),
-            required_limbs=_limbs(robot, text.required_limbs, "request.required_limbs"),
-            start_limbs=_limbs(robot, text.start_limbs, "request.start_limbs"),
-            goal_limbs=_goal_limbs(robot, text.goal_limbs),
-            robustness_threshold=finite_number(
-                "robustness_threshold", robustness_threshold, low=0.0, high=MAX_FORCE
-            ),
-            seed=seed,
-            gravity=np.array(text.gravity),
-            grip_force=text.grip_force,
-            options=self.options,
-        )
+        fields: RequestFields = self.request_text(robot.name)
+        names = FIELDS
+        if robustness_threshold is not None:
+            fields = fields.model_copy(update={"robustness_threshold": robustness_threshold})
+            names = {**FIELDS, "robustness_threshold": "robustness_threshold"}
+        with naming_fields(names, "request."):
+            return PlanRequest.from_fields(
+                fields,
+                [limb.name for limb in robot.limbs],
+                seed=seed,
+                options=self.options,
+                stages=self.stages,
+            )
 
     def request_text(self, robot: str) -> RequestText:
         """The request as the file says it for a robot.
@@ -227,9 +213,14 @@ class Scenario(Record):
         return self.request.model_copy(update=changed)
 
     def environment_entry(self) -> EnvironmentEntry:
-        """The environment as the plan file names it."""
+        """The environment as the plan file holds it."""
         text = self.environment
-        return EnvironmentEntry(name=self.name, meshes=text.meshes, surfaces=text.surfaces)
+        return EnvironmentEntry(
+            name=self.name,
+            meshes=text.meshes,
+            surfaces=text.surfaces,
+            classification=ClassificationEntry(**asdict(text.classification)),
+        )
 
     def scene(self) -> Scene:
         """The environment read and cut into surfaces."""
@@ -291,28 +282,3 @@ def _misspelt(name: str) -> str | None:
 
 def _digits(name: str) -> list[str]:
     return [letter for letter in name if letter.isdigit()]
-
-
-def _placement(text: PoseText, field: str) -> Placement:
-    return Placement.parse(text.position, text.orientation, field)
-
-
-def _bounds(text: BoundsText) -> RootBounds:
-    for axis in ("x", "y", "z"):
-        low, high = getattr(text, axis)
-        if low > high:
-            reason = "is empty: the first is over the second"
-            raise InvalidInput(f"request.bounds.{axis}", [low, high], reason)
-    box = np.array([text.x, text.y, text.z])
-    return RootBounds(box[:, 0], box[:, 1], np.array([text.yaw, text.pitch, text.roll]))
-
-
-def _goal_limbs(robot: Robot, names: tuple[str, ...] | None) -> tuple[str, ...] | None:
-    return None if names is None else limb_names(robot, names, "request.goal_limbs")
-
-
-def _limbs(robot: Robot, names: tuple[str, ...] | None, field: str) -> tuple[str, ...]:
-    """Names of limbs, all of the robot's where none are given."""
-    if names is None:
-        return tuple(limb.name for limb in robot.limbs)
-    return limb_names(robot, names, field)

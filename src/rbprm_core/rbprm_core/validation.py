@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
@@ -52,6 +53,42 @@ def parse_record(kind: type[Model], data: object, prefix: str = "") -> Model:
             value = first["ctx"].get("tag", value)
         field = ".".join(part for part in (prefix, *path) if part) or kind.__name__
         raise InvalidInput(field, value, first["msg"]) from error
+
+
+@contextmanager
+def naming_fields(names: Mapping[str, str], prefix: str = "") -> Iterator[None]:
+    """Rename the field of an `InvalidInput` that is raised inside, into the caller's words.
+
+    Args:
+        names: caller's name by name of a field; what follows the name stays, so that
+            {"start": "start.pose"} makes `start.pose.position` of `start.position`. Of several
+            names that fit, the longest counts.
+        prefix: put before fields that no name fits, such as "request.".
+
+    Raises:
+        InvalidInput: the one raised inside, with its field renamed.
+    """
+    try:
+        yield
+    except InvalidInput as error:
+        field = renamed_field(error.field, names, prefix)
+        raise InvalidInput(field, error.value, error.reason) from error
+
+
+def renamed_field(field: str, names: Mapping[str, str], prefix: str = "") -> str:
+    """A dotted name of a field in other words, see `naming_fields`.
+
+    Args:
+        field: dotted name.
+        names: other name by name.
+        prefix: put before a field that no name fits.
+    """
+    parts = field.split(".")
+    for count in range(len(parts), 0, -1):
+        known = names.get(".".join(parts[:count]))
+        if known is not None:
+            return ".".join([known, *parts[count:]])
+    return prefix + field
 
 
 def _place(data: object, location: tuple[int | str, ...]) -> list[str]:

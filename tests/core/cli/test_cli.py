@@ -414,13 +414,13 @@ def test_a_bad_argument_is_named_with_its_value(
         ("time_limit = 30.0", "time_limit = -30.0", ["request.time_limit = -30.0"]),
         ("yaw = 0.4", "yaw = nan", ["request.bounds.yaw = nan"]),
         ("x = [-3.0, 6.0]", "x = [6.0, -3.0]", ["request.bounds.x = [6.0, -3.0]", "empty"]),
-        ("time_limit = 30.0", 'start_limbs = ["tail"]', ["start_limbs = 'tail'", "lf_leg"]),
+        ("time_limit = 30.0", 'start_limbs = ["tail"]', ["start_limbs.0 = 'tail'", "lf_leg"]),
         (
             "time_limit = 30.0",
             'required_limbs = ["tail"]',
-            ["request.required_limbs = 'tail'", "lf_leg"],
+            ["request.required_limbs.0 = 'tail'", "lf_leg"],
         ),
-        ("time_limit = 30.0", 'goal_limbs = ["tail"]', ["request.goal_limbs = 'tail'", "lf_leg"]),
+        ("time_limit = 30.0", 'goal_limbs = ["tail"]', ["request.goal_limbs.0 = 'tail'", "lf_leg"]),
         ("[options]", "[heuristics]\ntail = { effort = 1 }\n[options]", ["heuristics = 'tail'"]),
         (
             "[options]",

@@ -16,8 +16,8 @@ from rbprm_core.plan_record import (
     ContactEntry,
     ContactPlan,
     EnvironmentEntry,
+    GuideNode,
     Pose,
-    RequestEntry,
     RobotEntry,
     StateEntry,
     Statistics,
@@ -26,11 +26,10 @@ from rbprm_core.plan_record import (
 from rbprm_core.planner import Outcome
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot import Robot
+from rbprm_core.robot.model import ROOT_JOINT
 from rbprm_core.validation import MAX_FORCE
 
 Array = NDArray[np.float64]
-
-EXACT = 1e-3  # metres; how near to the goal the last root is where it may not leave the guide
 
 
 def contact_plan(
@@ -41,7 +40,7 @@ def contact_plan(
     return plan.model_copy(
         update={
             "environment": environment,
-            "guide": tuple(_root_pose(node) for node in outcome.guide.nodes),
+            "guide": tuple(_guide_node(node) for node in outcome.guide.nodes),
             "statistics": outcome.statistics,
         }
     )
@@ -63,28 +62,36 @@ def partial_plan(
 
 def bare_plan(states: Iterable[StateEntry], request: PlanRequest, robot: Robot) -> ContactPlan:
     """A plan of some states, without environment, guide and statistics."""
-    description = robot.description
     return ContactPlan(
-        robot=RobotEntry(
-            name=robot.name,
-            urdf=description.urdf,
-            srdf=description.srdf,
-            joint_names=robot.joint_names,
-        ),
+        robot=robot_entry(robot),
         environment=EnvironmentEntry(),
-        request=RequestEntry(
-            start=_pose(request.start),
-            goal=_pose(request.goal),
-            seed=request.seed,
-            robustness_threshold=request.robustness_threshold,
-            gravity=_vector(request.gravity),
-            grip_force=request.grip_force,
-            goal_limbs=request.goal_limbs,
-            position_tolerance=EXACT + request.options.sequence.root_slack,
-        ),
+        request=request.entry(),
         guide=(),
         states=tuple(states),
         statistics=Statistics(),
+    )
+
+
+def robot_entry(robot: Robot) -> RobotEntry:
+    """The robot with all choices of limbs, heuristics, surfaces and trunk."""
+    description = robot.description
+    return RobotEntry(
+        name=robot.name,
+        urdf=description.urdf,
+        srdf=description.srdf,
+        joint_names=robot.joint_names,
+        root_frame=_root_frame(robot.model),
+        root_joints=tuple(robot.model.names[joint] for joint in robot.root_joints),
+        description=description.model_dump(mode="json"),
+    )
+
+
+def _root_frame(model: pin.Model) -> str:
+    """Name of the URDF's root link, whose frame is that of the floating base."""
+    return next(
+        str(frame.name)
+        for frame in model.frames
+        if frame.type == pin.FrameType.BODY and frame.parentJoint == ROOT_JOINT
     )
 
 
@@ -134,6 +141,13 @@ def _pose(placement: Placement) -> Pose:
 
 def _root_pose(root: Array) -> Pose:
     return Pose(position=_vector(root[:3]), orientation=_quaternion(root[3:7]))
+
+
+def _guide_node(root: Array) -> GuideNode:
+    pose = _root_pose(root)
+    return GuideNode(
+        position=pose.position, orientation=pose.orientation, joints=tuple(root[7:].tolist())
+    )
 
 
 def _vector(array: Array) -> Vector3:
