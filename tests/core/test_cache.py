@@ -1,4 +1,4 @@
-"""The cache: what is kept whole is read, what is not is made again."""
+"""The cache: complete files are read, others are computed again."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rbprm_core.cache import Arrays, cache_folder, cached, key_of
 
 
 class Maker:
-    """Makes arrays and counts how often."""
+    """Computes arrays and counts its calls."""
 
     def __init__(self) -> None:
         self.calls = 0

@@ -1,4 +1,4 @@
-"""The calibration of the trunk's scale: what is counted is what it says."""
+"""The calibration of the trunk's scale: its counts agree with the condition and the search."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_the_table_has_the_shares() -> None:
 
 
 def test_a_bigger_trunk_refuses_more(counted: list[ScaleCounts]) -> None:
-    """And the truth does not depend on it."""
+    """The number of contact configurations does not depend on the scale."""
     holds = [row.true_positives + row.false_positives for row in counted]
     assert holds == sorted(holds, reverse=True)
     assert holds[0] > holds[-1]
@@ -66,10 +66,10 @@ def test_the_seed_decides(hyq_data: RobotData, rubble: Scenario, rubble_scene: S
     assert runs[0] != runs[2]
 
 
-def test_flat_ground_is_told_right(
+def test_the_condition_is_right_on_flat_ground(
     hyq_data: RobotData, rubble: Scenario, flat_scene: Scene
 ) -> None:
-    """At heights that a standing HyQ has, the condition and the truth both say yes."""
+    """At the heights of a standing HyQ, the condition holds and contact configurations exist."""
     low, high = np.array([-2.0, -2, 0.55]), np.array([2.0, 2, 0.65])
     bounds = RootBounds(low, high, np.array([3.0, 0.05, 0.05]))
     request = replace(rubble.request_for(hyq_data.robot, 0), bounds=bounds)

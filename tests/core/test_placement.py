@@ -1,4 +1,4 @@
-"""Placements."""
+"""Placements in SE(3)."""
 
 from __future__ import annotations
 

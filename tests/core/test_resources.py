@@ -1,4 +1,4 @@
-"""Files that packages ship, by a name that means the same on every machine."""
+"""Files of installed packages, by names that do not depend on the machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Results that depend on a robot alone, kept on disk under a key of their inputs."""
+"""A cache on disk for arrays that take long to compute, under a key of their inputs."""
 
 from __future__ import annotations
 
@@ -16,17 +16,22 @@ import platformdirs
 from numpy.typing import NDArray
 
 Arrays = dict[str, NDArray[np.generic]]
+"""Arrays by name."""
 
 FOLDER_VARIABLE = "RBPRM_CACHE_DIR"
 
 
 def cache_folder() -> Path:
-    """Where results are kept: RBPRM_CACHE_DIR, else the user's cache folder."""
+    """Folder of the cache: that of the variable RBPRM_CACHE_DIR, else the user's cache folder."""
     return Path(os.environ.get(FOLDER_VARIABLE) or platformdirs.user_cache_dir("rbprm"))
 
 
 def key_of(parts: Iterable[bytes]) -> str:
-    """Key of a list of inputs; where one ends and the next begins counts."""
+    """Hexadecimal key of a list of inputs, which also depends on where one input ends.
+
+    Args:
+        parts: the inputs.
+    """
     digest = hashlib.sha256()
     for part in parts:
         digest.update(len(part).to_bytes(8, "little"))
@@ -35,17 +40,23 @@ def key_of(parts: Iterable[bytes]) -> str:
 
 
 def cached(name: str, key: str, compute: Callable[[], Arrays]) -> Arrays:
-    """Arrays under a name and key: read where they are kept whole, else computed and kept.
+    """Arrays of a name and key, read from the cache where they are complete, else computed.
 
-    Two processes may compute at once: each writes a file of its own and renames it, so a reader
-    sees a whole file or none. A folder that cannot be written costs the time, not the result.
+    Computed arrays are written to the cache. Two processes may compute at the same time: each
+    writes a temporary file and renames it, so a reader sees a complete file or none. Where the
+    folder cannot be written, the arrays are computed at every call.
+
+    Args:
+        name: name of the data, a part of the file's name.
+        key: key of the inputs that the data depend on.
+        compute: function that computes the arrays.
     """
     path = cache_folder() / f"{name}-{key}.npz"
     try:
-        with np.load(path, allow_pickle=False) as kept:
-            return dict(kept)
+        with np.load(path, allow_pickle=False) as file:
+            return dict(file)
     except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error):
-        pass  # absent, or cut short by a full disk: make it again
+        pass  # absent, or truncated by a full disk: compute the arrays again
     arrays = compute()
     with contextlib.suppress(OSError):
         _write(path, arrays)

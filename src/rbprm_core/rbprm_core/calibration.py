@@ -1,8 +1,8 @@
-"""How well the reachability condition tells where a robot can stand, by the trunk's scale s.
+"""Error rates of the reachability condition for several scales s of the trunk volume.
 
-Section 6.2.1 and table 1 of the paper: of random root configurations, those that satisfy the
-condition though no contact configuration exists there are false positives, those that do not
-satisfy it though one exists are false negatives.
+The experiment is that of Tonneau et al. 2018, section 6.2.1 and table 1. Among random root
+configurations, a false positive satisfies the condition although no contact configuration exists; a
+false negative does not satisfy it although one exists.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
 from rbprm_core.contacts.along_guide import ContactGenerator
 from rbprm_core.contacts.along_guide.look_ahead import LookAhead
@@ -24,22 +24,20 @@ from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.volumes import trunk_volume
 from rbprm_core.scene import Scene
 
-Array = NDArray[np.float64]
-
-DRAWS = 2_000  # of one root, before its bounds are said to exclude all
-SCALES = (1.0, 1.1, 1.15, 1.2, 1.25, 1.5)  # the rows of table 1
+DRAWS = 2_000  # roots drawn before the bounds are considered to exclude all roots
+SCALES = (1.0, 1.1, 1.15, 1.2, 1.25, 1.5)  # the rows of Tonneau et al. 2018, table 1
 
 
 @dataclass(frozen=True)
 class ScaleCounts:
-    """How many root configurations the condition tells right and wrong at one scale.
+    """Numbers of root configurations that the condition classifies rightly and wrongly.
 
     Attributes:
-        scale: s of the trunk.
-        true_positives: the condition holds, and the robot can stand there.
-        false_positives: the condition holds, but it cannot.
-        false_negatives: it can, but the condition does not hold.
-        true_negatives: neither.
+        scale: scaling factor s of the trunk volume.
+        true_positives: number at which the condition holds and a contact configuration was found.
+        false_positives: number at which the condition holds and none was found.
+        false_negatives: number at which the condition does not hold and one was found.
+        true_negatives: number at which the condition does not hold and none was found.
     """
 
     scale: float
@@ -50,18 +48,18 @@ class ScaleCounts:
 
     @property
     def samples(self) -> int:
-        """All root configurations."""
+        """Number of all root configurations."""
         negatives = self.false_negatives + self.true_negatives
         return self.true_positives + self.false_positives + negatives
 
     @property
     def false_positive_rate(self) -> float:
-        """Share of all root configurations that are false positives, as in table 1."""
+        """Share of all root configurations that are false positives (table 1)."""
         return self.false_positives / self.samples
 
     @property
     def false_negative_rate(self) -> float:
-        """Share of all root configurations that are false negatives, as in table 1."""
+        """Share of all root configurations that are false negatives (table 1)."""
         return self.false_negatives / self.samples
 
     @property
@@ -71,7 +69,7 @@ class ScaleCounts:
 
     @property
     def stands_rate(self) -> float:
-        """Share of all root configurations at which the robot can stand."""
+        """Share of all root configurations at which a contact configuration was found."""
         return (self.true_positives + self.false_negatives) / self.samples
 
 
@@ -86,18 +84,24 @@ def calibrate(
     tries: int = 3,
     report: Callable[[int], None] = lambda done: None,
 ) -> list[ScaleCounts]:
-    """Count where the condition is right and wrong, scale by scale, over the same roots.
+    """Counts of the condition's right and wrong classifications, one entry a scale.
 
-    The roots are drawn as the guide planners draw them before they test them: over the surfaces,
-    within the request's bounds.
+    All scales are tested at the same roots. These are drawn as the guide planners draw them before
+    any test: over the surfaces, within the request's bounds.
 
     Args:
-        samples: root configurations drawn. tries: orders of the limbs in which contacts are
-            tried before a root counts as one where the robot cannot stand.
-        report: told how many are done; may raise to stop.
+        request: bounds, required limbs, gravity, grip force and options.
+        data: data of the robot.
+        scene: the scene.
+        samples: number of root configurations.
+        seed: seed of the roots and of the contact search.
+        scales: scaling factors s of the trunk volume.
+        tries: number of orders of the limbs in which contacts are searched for before a root counts
+            as one without a contact configuration.
+        report: function called with the number of roots done; may raise to stop.
 
     Raises:
-        InvalidInput: bounds that no root over the surfaces keeps.
+        InvalidInput: bounds that contain no root over the surfaces.
     """
     rng = np.random.default_rng(seed)
     robot = data.robot
@@ -122,10 +126,12 @@ def calibrate(
 
 
 def _scaled(data: RobotData, scale: float) -> RobotData:
+    """The data with the trunk volume at another scale."""
     return replace(data, trunk=tuple(trunk_volume(data.robot, scale)))
 
 
 def _inside(space: RootSpace, sampler: RootSampler, rng: np.random.Generator) -> Array:
+    """A random root configuration (7 + j,) within the bounds."""
     for _ in range(DRAWS // BATCH):
         for root in sampler.candidates(rng, BATCH):
             if space.contains(root):
@@ -135,11 +141,11 @@ def _inside(space: RootSpace, sampler: RootSampler, rng: np.random.Generator) ->
 
 
 class _Truth:
-    """Whether the robot can stand at a root: a whole-body configuration, free of collision, with
-    all required limbs in contact and in static equilibrium.
+    """A search for a contact configuration at a root.
 
-    A search that finds none is no proof that there is none: what it misses counts against the
-    condition as a false positive.
+    A contact configuration is a whole-body configuration, free of collision, with all required
+    limbs in contact and in static equilibrium. The search is incomplete: a configuration that it
+    misses makes a false positive.
     """
 
     def __init__(
@@ -160,7 +166,11 @@ class _Truth:
         self._others = [k for k in range(len(data.robot.limbs)) if k not in self._limbs]
 
     def stands(self, root: Array) -> bool:
-        """True where contacts were found at a root configuration (7 + j,)."""
+        """True where a contact configuration was found.
+
+        Args:
+            root: (7 + j,) root configuration.
+        """
         generator, robot = self._generator, self._generator.robot
         q = robot.reference.copy()
         q[robot.root_index] = root
@@ -171,12 +181,12 @@ class _Truth:
         return any(self._contacts(q, root, order.tolist()) for order in orders)
 
     def _contacts(self, q: Array, root: Array, order: list[int]) -> bool:
-        """True where the limbs find contacts in an order, and the others a posture."""
+        """True where contacts of the limbs, made in an order, and postures of the others exist."""
         generator, still = self._generator, LookAhead.still(root)
         contacts: list[Contact] = []
         for limb in order:
-            least = generator.threshold if limb == order[-1] else -np.inf
-            found = generator.generate(q, limb, contacts, still, threshold=least)
+            threshold = generator.threshold if limb == order[-1] else -np.inf
+            found = generator.generate(q, limb, contacts, still, threshold=threshold)
             if isinstance(found, str):
                 return False
             q = found[0]

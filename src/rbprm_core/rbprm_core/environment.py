@@ -1,12 +1,12 @@
-"""From the environment that a plan or scenario names to the scene that is planned in."""
+"""Conversion between the environment entry of a plan or scenario and the scene of the planner."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.errors import InvalidInput
 from rbprm_core.plan_record import EnvironmentEntry, MeshEntry, SurfaceEntry, Vector3
 from rbprm_core.scene import (
@@ -20,11 +20,13 @@ from rbprm_core.scene import (
 )
 from rbprm_core.validation import coordinates
 
-Array = NDArray[np.float64]
-
 
 def load_scene(entry: EnvironmentEntry, classification: Classification) -> Scene:
-    """Read meshes and polygons into a scene.
+    """The scene of the meshes and polygons of an environment.
+
+    Args:
+        entry: the environment.
+        classification: rules that assign a kind to each surface.
 
     Raises:
         InvalidInput: a mesh or polygon that cannot be used, or an empty environment.
@@ -42,28 +44,41 @@ def load_scene(entry: EnvironmentEntry, classification: Classification) -> Scene
 
 
 def polygon_surfaces(
-    texts: Sequence[SurfaceEntry], classification: Classification, field: str
+    entries: Sequence[SurfaceEntry], classification: Classification, field: str
 ) -> list[Surface]:
-    """Surfaces of polygons that are given directly.
+    """The contact surfaces of polygons.
 
     Args:
-        field: that has them as its `surfaces`, in errors.
+        entries: the polygons.
+        classification: rules that assign a kind to each surface.
+        field: name of the field that holds the polygons in its `surfaces`, for errors.
 
     Raises:
         InvalidInput: a polygon that cannot be used.
     """
     surfaces = []
-    for i, text in enumerate(texts):
-        place = f"{field}.surfaces.{i}"
-        surfaces.append(
-            make_surface(text.id, text.vertices, text.friction, text.holes, classification, place)
+    for i, entry in enumerate(entries):
+        surface = make_surface(
+            entry.id,
+            entry.vertices,
+            entry.friction,
+            entry.holes,
+            classification,
+            f"{field}.surfaces.{i}",
         )
+        surfaces.append(surface)
     return surfaces
 
 
 def polygon_entry(scene: Scene, name: str) -> EnvironmentEntry:
-    """The surfaces of a scene in the words of the plan file, all as polygons: for a scene that no
-    file has any more."""
+    """The environment entry of a scene, with all surfaces as polygons.
+
+    It is for scenes that have changed since they were read from files.
+
+    Args:
+        scene: the scene.
+        name: name of the environment.
+    """
     surfaces = tuple(
         SurfaceEntry(
             id=surface.id,
@@ -77,12 +92,14 @@ def polygon_entry(scene: Scene, name: str) -> EnvironmentEntry:
 
 
 def _points(ring: Array) -> tuple[Vector3, ...]:
+    """The vertices (n, 3) of a ring as tuples."""
     return tuple((x, y, z) for x, y, z in ring.tolist())
 
 
 def _source(mesh: MeshEntry, field: str) -> MeshSource:
+    """The mesh of an entry, its placement validated."""
     rotation = np.array(mesh.rotation)
-    with np.errstate(over="ignore", invalid="ignore"):  # of huge values: then it is none
+    with np.errstate(over="ignore", invalid="ignore"):  # huge values overflow and are refused
         skew = np.abs(rotation @ rotation.T - np.eye(3)).max()
     if not skew <= 1e-6 or np.linalg.det(rotation) < 0:
         raise InvalidInput(f"{field}.rotation", mesh.rotation, "is not a rotation matrix")

@@ -1,4 +1,4 @@
-"""Declarative files: those that come with the package, by name, and a user's own, by path."""
+"""TOML files given by name, for those that come with the package, or by path."""
 
 from __future__ import annotations
 
@@ -10,16 +10,26 @@ from rbprm_core.errors import InvalidInput
 
 
 def known_files(package: str, folder: str) -> dict[str, Path]:
-    """Stem to path of the TOML files in a folder of a package, sorted by stem."""
+    """Path by stem of the TOML files in a folder of a package, sorted by stem.
+
+    Args:
+        package: name of the package.
+        folder: path of the folder relative to the package.
+    """
     root = Path(str(files(package))) / folder
     return {path.stem: path for path in sorted(root.glob("*.toml"))}
 
 
 def read_toml(name: str, known: dict[str, Path], field: str) -> dict[str, object]:
-    """Content of a TOML file given by a known name or by its path.
+    """Content of a TOML file.
+
+    Args:
+        name: a known name, or the path of a file.
+        known: path by known name.
+        field: name of the field that holds `name`, for errors.
 
     Raises:
-        InvalidInput: neither known nor a readable TOML file.
+        InvalidInput: neither a known name nor a readable TOML file.
     """
     path = known.get(name, Path(name))
     try:

@@ -1,38 +1,49 @@
-"""A placement in SE(3): position in metres and unit quaternion [x, y, z, w], as in ROS."""
+"""A placement in SE(3): position and unit quaternion, in the order of ROS."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
-import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from rbprm_core.arrays import Array
 from rbprm_core.errors import InvalidInput
 from rbprm_core.validation import coordinates, finite_array
 
-UNIT_TOLERANCE = 1e-3  # messages carry quaternions that were normalised in single precision
+UNIT_TOLERANCE = 1e-3  # on the norm: quaternions of messages may be normalised in single precision
 
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Position (3,) in metres and orientation (4,) as unit quaternion [x, y, z, w]."""
+    """A placement of one frame in another.
 
-    position: NDArray[np.float64]
-    orientation: NDArray[np.float64]
+    Attributes:
+        position: (3,) position, metres.
+        orientation: (4,) unit quaternion [x, y, z, w].
+    """
+
+    position: Array
+    orientation: Array
 
     @staticmethod
     def parse(
         position: ArrayLike, orientation: ArrayLike = (0, 0, 0, 1), field: str = "placement"
     ) -> Placement:
-        """Validated placement; the quaternion is normalised.
+        """The placement of values from outside, validated, its quaternion normalised.
+
+        Args:
+            position: (3,) position, metres.
+            orientation: (4,) quaternion [x, y, z, w], of unit norm within `UNIT_TOLERANCE`.
+            field: name of the field that holds the placement, for errors.
 
         Raises:
-            InvalidInput: wrong shape, not finite, zero or far from unit quaternion.
+            InvalidInput: a wrong shape, a value that is not finite, a position too far from the
+                origin, or a quaternion without unit norm.
         """
         quaternion = finite_array(f"{field}.orientation", orientation, (4,))
-        norm = math.hypot(*quaternion)  # of huge values too, without an overflow
+        norm = math.hypot(*quaternion)  # does not overflow for huge values
         if abs(norm - 1) > UNIT_TOLERANCE:
             reason = f"must be a unit quaternion [x, y, z, w], its norm is {norm:g}"
             raise InvalidInput(f"{field}.orientation", orientation, reason)
@@ -40,12 +51,12 @@ class Placement:
 
     @staticmethod
     def of(transform: pin.SE3) -> Placement:
-        """From a pinocchio transform."""
+        """The placement of a pinocchio transform."""
         quaternion = pin.Quaternion(transform.rotation)
         quaternion.normalize()
         return Placement(transform.translation.copy(), quaternion.coeffs().copy())
 
     @property
     def transform(self) -> pin.SE3:
-        """As a pinocchio transform."""
+        """The placement as a pinocchio transform."""
         return pin.SE3(pin.Quaternion(self.orientation).matrix(), self.position)

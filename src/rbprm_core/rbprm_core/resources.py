@@ -1,6 +1,6 @@
-"""Files that installed packages ship, named relative to a `share` folder.
+"""Files of installed packages, such as URDFs and meshes, named relative to a `share` folder.
 
-`example-robot-data/robots/hyq_description/...` means the same on every machine.
+Names such as `example-robot-data/robots/hyq_description/...` do not depend on the machine.
 """
 
 from __future__ import annotations
@@ -16,7 +16,11 @@ PATH_VARIABLE = "RBPRM_SHARE_PATH"
 
 
 def share_folders() -> list[Path]:
-    """Folders searched, in order: RBPRM_SHARE_PATH, ament prefixes, Python's prefixes (cmeel)."""
+    """Existing folders that are searched for resources, in order.
+
+    They are the folders of RBPRM_SHARE_PATH, then `share` in the prefixes of ament, of cmeel and of
+    Python.
+    """
     folders = [Path(p) for p in os.environ.get(PATH_VARIABLE, "").split(os.pathsep) if p]
     prefixes = [Path(p) for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
     spec = find_spec("cmeel")
@@ -28,10 +32,14 @@ def share_folders() -> list[Path]:
 
 
 def find_resource(name: str, field: str) -> Path:
-    """Absolute path of a file given absolutely or relative to a `share` folder.
+    """Absolute path of a file.
+
+    Args:
+        name: path of the file, absolute or relative to a `share` folder.
+        field: name of the field that holds `name`, for errors.
 
     Raises:
-        InvalidInput: no such file; lists the folders searched.
+        InvalidInput: no such file; the reason lists the folders searched.
     """
     if Path(name).is_absolute():
         candidates = [Path(name)]

@@ -1,4 +1,4 @@
-"""The words that every room uses for the same thing."""
+"""The kinds of contact surface."""
 
 from __future__ import annotations
 
@@ -6,9 +6,13 @@ from enum import StrEnum
 
 
 class SurfaceKind(StrEnum):
-    """What a contact surface is good for, by its outward normal."""
+    """Use of a contact surface, which follows from the slope of its outward normal."""
 
     SUPPORT = "support"
+    """Roughly level: limbs stand on it."""
+
     LEAN = "lean"
+    """Roughly vertical: limbs lean on it."""
+
     OTHER = "other"
-    """Nothing can stand or lean on it: an obstacle only."""
+    """Neither, or too small: an obstacle, unless the limb may use surfaces of this kind."""

@@ -151,9 +151,7 @@ def test_an_edge_keeps_its_bounds_exactly_where_all_its_points_do(
     ends = []
     for _ in range(2):  # often on a bound, where an arc is most likely to break it
         share = np.clip(rng.uniform(-1.5, 1.5, 3), -1, 1)
-        angles = share * np.minimum(
-            half, [3.1, 1.5, 3.1]
-        )  # not unique at 90 degrees
+        angles = share * np.minimum(half, [3.1, 1.5, 3.1])  # not unique at 90 degrees
         rotation = pin.rpy.rpyToMatrix(angles[2], angles[1], angles[0])
         ends.append(np.concatenate([rng.uniform(-1, 1, 3), pin.Quaternion(rotation).coeffs()]))
     points = RootSegment(*ends).at_all(np.arange(401) / 400)
