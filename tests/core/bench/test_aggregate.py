@@ -1,4 +1,4 @@
-"""Figures of a case, against figures worked out by hand."""
+"""Figures of a case, compared with figures computed by hand."""
 
 from __future__ import annotations
 

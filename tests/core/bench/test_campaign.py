@@ -1,4 +1,4 @@
-"""Campaigns that are really run: in this process, over processes, over a Dask cluster."""
+"""Campaigns with real runs: in this process, in several processes, on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SEEDS = range(2)
 
 @pytest.fixture(scope="module")
 def alone(stroll: str, quick_hyq: str) -> Campaign:
-    """HyQ a little way over flat ground, in this process."""
+    """HyQ over 60 cm of flat ground, in this process."""
     return run_campaign([Case(stroll, quick_hyq)], SEEDS)
 
 
@@ -45,7 +45,7 @@ def processes(found: Campaign) -> set[str]:
 
 
 def test_a_run_says_what_it_took_and_gave(alone: Campaign) -> None:
-    assert (alone.asked, alone.stopped) == (2, "")
+    assert (alone.requested, alone.stopped) == (2, "")
     assert [record.seed for record in alone.records] == list(SEEDS)
     for record in alone.records:
         assert record.success
@@ -86,7 +86,7 @@ def test_an_interrupt_keeps_what_is_done(stroll: str, quick_hyq: str) -> None:
         raise KeyboardInterrupt
 
     found = run_campaign([Case(stroll, quick_hyq)], range(5), on_record=interrupt)
-    assert (len(found.records), found.asked, found.stopped) == (1, 5, "interrupted")
+    assert (len(found.records), found.requested, found.stopped) == (1, 5, "interrupted")
 
 
 def test_a_stopped_campaign_goes_on(alone: Campaign, stroll: str, quick_hyq: str) -> None:
@@ -123,7 +123,7 @@ def test_a_lost_worker_keeps_what_is_done(
     assert found.stopped == "MemoryError: gone"
 
 
-def test_thresholds_and_limits_of_a_case_are_asked(stroll: str, quick_hyq: str) -> None:
+def test_threshold_and_time_limit_of_a_case_are_used(stroll: str, quick_hyq: str) -> None:
     cases = [
         Case(stroll, quick_hyq, robustness=0.0, time_limit=20.0),
         Case(stroll, quick_hyq, time_limit=MIN_TIME_LIMIT),
@@ -133,7 +133,7 @@ def test_thresholds_and_limits_of_a_case_are_asked(stroll: str, quick_hyq: str) 
     assert first.success
     assert second.failure is not None
     assert second.failure.code == "TIME_LIMIT"
-    assert second.seconds["prepare"] > 0  # a failure tells its times too
+    assert second.seconds["prepare"] > 0  # times are recorded for a failure, too
     assert second.violations is None
 
 
@@ -203,7 +203,7 @@ def test_what_cannot_be_run_is_refused(
     assert caught.value.field == field
 
 
-@pytest.mark.parametrize("backend", ["telepathy", "dask"])  # no cluster is there
+@pytest.mark.parametrize("backend", ["telepathy", "dask"])  # no cluster is running
 def test_a_backend_that_is_not_there(stroll: str, quick_hyq: str, backend: str) -> None:
     with pytest.raises(InvalidInput) as caught:
         run_campaign([Case(stroll, quick_hyq)], SEEDS, backend=backend)
@@ -230,7 +230,7 @@ def test_files_are_sent_by_their_absolute_path(
 def test_an_edited_scenario_is_run_anew_and_kept_apart(
     alone: Campaign, stroll: str, quick_hyq: str, tmp_path: Path
 ) -> None:
-    """Of the same name, but not the same case: neither its runs nor its figures are mixed."""
+    """Scenarios of one name with different content are different cases."""
     edited = tmp_path / "flat.toml"
     text = Path(stroll).read_text()
     edited.write_text(text.replace("[-1.4, 0.0, 0.6]", "[-1.5, 0.0, 0.6]"))

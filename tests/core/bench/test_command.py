@@ -1,4 +1,4 @@
-"""`rbprm bench` and `rbprm bench-scaling`: what they print, write and refuse."""
+"""`rbprm bench` and `rbprm bench-scaling`: their output, files and errors."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Run = Callable[..., tuple[str, str]]
 
 @pytest.fixture
 def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run `main` in this process; it must end with an exit code; what it printed is returned."""
+    """Runs `main` in this process, checks its exit code and returns its output and errors."""
 
     def start(*arguments: str, code: int = DONE) -> tuple[str, str]:
         monkeypatch.setattr(sys, "argv", ["rbprm", *arguments])
@@ -53,7 +53,7 @@ def test_an_interrupted_campaign_is_kept_and_resumed(
     assert "1 of 2 runs" in output
     assert {path.name for path in tmp_path.iterdir()} == FILES
     stopped = Campaign.read(tmp_path / "campaign.json")
-    assert (stopped.stopped, stopped.asked) == ("interrupted", 2)
+    assert (stopped.stopped, stopped.requested) == ("interrupted", 2)
 
     monkeypatch.setattr(campaign, "run_task", real)
     output, _ = run(*command, "--resume")
@@ -67,7 +67,7 @@ def test_an_interrupted_campaign_is_kept_and_resumed(
 def test_growth_is_printed_and_written(
     run: Run, make_record: MakeRecord, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # Real growth is measured in tests/bench; here only what the command makes of it.
+    # Only the output of the command is tested here, so the runs are replaced by records.
     monkeypatch.setattr(scaling, "_run", lambda *_: make_record())
     monkeypatch.setattr(scaling, "load_robot_data", lambda *_: None)
     output, _ = run(

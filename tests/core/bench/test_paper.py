@@ -1,4 +1,4 @@
-"""The paper's figures are whole and agree with themselves."""
+"""The figures of Tonneau et al. 2018 are complete and consistent."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ def test_shares_of_contacts_make_a_whole(name: str) -> None:
 
 @pytest.mark.parametrize("name", sorted(tabled()))
 @pytest.mark.parametrize("part", PARTS)
-def test_least_average_and_worst_are_in_order(name: str, part: str) -> None:
-    least, average, worst = getattr(tabled()[name], part)
+def test_minimum_mean_and_maximum_are_in_order(name: str, part: str) -> None:
+    minimum, mean, maximum = getattr(tabled()[name], part)
     misprinted = part == "total" and name.startswith("rubble")  # noted in its entry
-    assert least <= average
-    assert (average <= worst) != misprinted
+    assert minimum <= mean
+    assert (mean <= maximum) != misprinted
 
 
 @pytest.mark.parametrize("name", sorted(tabled()))

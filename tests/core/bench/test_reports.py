@@ -19,7 +19,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 @pytest.fixture
 def campaign(make_record: MakeRecord) -> Campaign:
-    """One success, one failure, and a scenario that the paper does not have."""
+    """One success, one failure, and a scenario without published figures."""
     failure = Failure("NO_SEQUENCE", "lf_leg", "either | or")
     operations = {"sequence.statics": 0.1, "sequence.collision": 0.2}
     first = make_record()
@@ -38,21 +38,21 @@ def rows(text: str, heading: str) -> list[list[str]]:
     return [line.replace("\\|", "/").strip("| ").split(" | ") for line in lines]
 
 
-def test_the_papers_row_stands_under_ours(campaign: Campaign) -> None:
-    found = rows(markdown(campaign), "Times, as in the paper's table 2")
+def test_published_figures_follow_each_case(campaign: Campaign) -> None:
+    found = rows(markdown(campaign), "Times, as in table 2 of Tonneau et al. 2018")
     head, _, ours, paper, other = found
     assert ours[head.index("collision")] == "200 – 200 – 200"
     assert ours[head.index("guide")] == "300 – 300 – 300"
-    assert paper[head.index("who")] == "paper, HyQ"
+    assert paper[head.index("robot")] == "Tonneau et al. 2018, HyQ"
     assert paper[head.index("total")] == "1548 – 18058 – 13126"
     assert other[head.index("total")] == "–"
-    success = rows(markdown(campaign), "Success, as in the paper's table 3")
+    success = rows(markdown(campaign), "Success, as in table 3 of Tonneau et al. 2018")
     assert [row[2] for row in success[2:]] == ["50.0 %", "74.0 %", "0.0 %"]
 
 
 def test_every_row_has_every_cell(campaign: Campaign) -> None:
     text = markdown(campaign)
-    for heading in ("Overview", "Phases", "Failures", "What the check measures beside its bounds"):
+    for heading in ("Overview", "Phases", "Failures", "Measures of the check"):
         assert len({len(row) for row in rows(text, heading)}) == 1
     assert "3 of 4 runs (stopped: interrupted)" in text
 

@@ -1,4 +1,4 @@
-"""Scenarios of growing size keep their way."""
+"""Scenarios of growing size keep the path of the original."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Campaigns: many seeds of some scenarios, what they took and where they failed.
+"""Benchmark campaigns: scenarios planned with many seeds, with times, success rates and failures.
 
-`run_campaign` gives a `Campaign`; `write_campaign` leaves it as JSON, tables and plots.
+`run_campaign` returns a `Campaign`; `write_campaign` writes it as JSON, tables and plots.
 """
 
 from rbprm_core.bench.campaign import Campaign, run_campaign

@@ -1,4 +1,4 @@
-"""A campaign: cases times seeds, one task each, over processes or machines."""
+"""A campaign: one task for each case and seed, distributed over processes or machines."""
 
 from __future__ import annotations
 
@@ -23,29 +23,32 @@ from rbprm_core.robot.data import load_robot_data
 from rbprm_core.scenario import known_scenarios, load_scenario
 from rbprm_core.validation import finite_number
 
-FORMAT: Literal["rbprm-campaign/1"] = "rbprm-campaign/1"
-Identity = tuple[CaseKey, int]  # the case and the seed
+FORMAT: Literal["rbprm-campaign/2"] = "rbprm-campaign/2"
+Identity = tuple[CaseKey, int]
+"""Case and seed of a run."""
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """What a campaign gave.
+    """The result of a campaign.
 
     Attributes:
-        machine: that it was started on.
-        backend: of joblib. jobs: runs at once, as asked for.
-        asked: number of runs asked for.
-        records: the runs that ended, by case and seed.
-        stopped: why the others did not; "" where all ended.
+        machine: machine on which the campaign was started.
+        backend: name of joblib's backend.
+        jobs: requested number of runs at the same time.
+        requested: number of requested runs.
+        records: records of the finished runs, by case and seed.
+        stopped: reason why the other runs did not finish; "" where all did.
+        format: version of the JSON format.
     """
 
     machine: Machine
     backend: str
     jobs: int
-    asked: int
+    requested: int
     records: tuple[RunRecord, ...]
     stopped: str = ""
-    format: Literal["rbprm-campaign/1"] = FORMAT
+    format: Literal["rbprm-campaign/2"] = FORMAT
 
     @property
     def aggregates(self) -> tuple[Aggregate, ...]:
@@ -53,17 +56,20 @@ class Campaign:
         return aggregate(self.records)
 
     def content(self) -> dict[str, Any]:
-        """The campaign and its figures, as JSON can hold them."""
+        """The campaign and the figures of its cases, as values for JSON."""
         content: dict[str, Any] = TypeAdapter(Campaign).dump_python(self, mode="json")
         figures = TypeAdapter(tuple[Aggregate, ...]).dump_python(self.aggregates, mode="json")
         return {**content, "aggregates": figures}
 
     @staticmethod
     def read(path: str | Path) -> Campaign:
-        """Read a campaign's JSON; the aggregates in it are computed again.
+        """The campaign of a JSON file; the figures of its cases are computed again.
+
+        Args:
+            path: path of the file.
 
         Raises:
-            InvalidInput: absent, not JSON, or not a campaign.
+            InvalidInput: a missing file, invalid JSON, or other content.
         """
         try:
             return TypeAdapter(Campaign).validate_json(Path(path).read_text())
@@ -89,24 +95,29 @@ def run_campaign(
 ) -> Campaign:
     """Run every case with every seed.
 
-    Each run is one task of joblib, so whatever backend joblib knows spreads them. Robot data are
-    computed here first, where they are not kept yet; machines with another cache make their own.
+    Each run is one task of joblib, so that every backend of joblib can distribute them. Robot data
+    that are not cached yet are computed first; machines with another cache compute their own.
 
     Args:
-        jobs: runs at once, -1 for as many as there are cores; more than there are idle cores makes
-            the times worthless. A cluster's backend has its own number.
-        backend: a name that joblib knows. backend_options: arguments of that backend.
-        on_record: told every run as it ends, those done before at once.
-        on_robot_data: told the share done.
-        before: a campaign that was stopped; what it did is taken as done, and its other runs are
-            kept beside.
+        cases: scenarios with robot and bounds.
+        seeds: seeds, none negative.
+        jobs: number of runs at the same time, -1 for the number of cores. With more runs than idle
+            cores, times mean nothing. The backend of a cluster has its own number.
+        backend: name of a backend of joblib.
+        backend_options: arguments of that backend.
+        on_record: function called with the record of every run as it ends, and first with those of
+            earlier runs.
+        on_robot_data: function called with the share of the robot data that is computed, 0 to 1.
+        before: an earlier, stopped campaign; its finished runs are not run again, and its runs of
+            other cases are kept.
 
     Returns:
-        What ended until the last run, an interrupt (Ctrl-C), or the loss of a worker.
+        The campaign with the runs that finished before its end, an interrupt (Ctrl-C), or the loss
+        of a worker.
 
     Raises:
-        InvalidInput: a case that cannot be run, no seeds, an unknown backend, or a campaign before
-            that is of other versions or another machine.
+        InvalidInput: a case that cannot be run, no seeds, an unknown backend, or an earlier
+            campaign of other versions or another machine.
     """
     if jobs == 0:
         raise InvalidInput("jobs", jobs, "must be positive, or negative to leave cores idle")
@@ -125,7 +136,7 @@ def run_campaign(
                 on_record(record)
     except KeyboardInterrupt:
         stopped = "interrupted"
-    except Exception as error:  # a lost worker or cluster must not take with it what is there
+    except Exception as error:  # the finished runs must survive the loss of a worker or cluster
         if not found:
             raise
         stopped = f"{type(error).__name__}: {error}"
@@ -136,58 +147,59 @@ def run_campaign(
 def _tasks(
     cases: Sequence[Case], seeds: Sequence[int], report: Callable[[float], None]
 ) -> dict[Task, Identity]:
-    """Every case with every seed; what cannot be used is refused here, before anything runs."""
+    """Case and seed by task, for every case and seed; invalid ones raise before anything runs."""
     if not cases:
         raise InvalidInput("scenarios", [], "at least one is needed")
     if not seeds or min(seeds) < 0:
         raise InvalidInput("seeds", list(seeds), "at least one is needed, none negative")
     tasks: dict[Task, Identity] = {}
     for case in cases:
-        text = load_scenario(case.scenario)
-        robot = text.load_robot(case.robot)
-        own = text.request_text(robot.name).time_limit
+        scenario = load_scenario(case.scenario)
+        robot = scenario.load_robot(case.robot)
+        own = scenario.request_text(robot.name).time_limit
         limit = own if case.time_limit is None else case.time_limit
         limit = finite_number("time_limit", limit, low=MIN_TIME_LIMIT)
-        robustness = text.request_for(robot, 0, case.robustness).robustness_threshold
-        text.scene()
+        robustness = scenario.request_for(robot, 0, case.robustness).robustness_threshold
+        scenario.scene()
         load_robot_data(robot, report)
-        scenario = _portable(case.scenario, known_scenarios())
+        name = _portable(case.scenario, known_scenarios())
         chosen = None if case.robot is None else _portable(case.robot, known_robots())
-        files = (text.model_dump_json(), robot.description.model_dump_json())
+        files = (scenario.model_dump_json(), robot.description.model_dump_json())
         inputs = key_of(file.encode() for file in files)
         for seed in seeds:
-            task = Task(scenario, chosen, seed, robustness, limit, inputs)
-            tasks[task] = (text.name, robot.name, inputs, robustness, limit), seed
+            task = Task(name, chosen, seed, robustness, limit, inputs)
+            tasks[task] = (scenario.name, robot.name, inputs, robustness, limit), seed
     return tasks
 
 
 def _done_before(before: Campaign | None, machine: Machine) -> dict[Identity, RunRecord]:
-    """The runs that a campaign before has done."""
+    """Record by case and seed of the runs of an earlier campaign."""
     if before is None:
         return {}
     if replace(before.machine, date=machine.date) != machine:
-        reason = "cannot be resumed: it is of other versions or of another machine"
+        reason = "cannot be resumed: its versions or its machine differ from the present ones"
         raise InvalidInput("campaign", before.machine.date, reason)
     return {(case_key(run), run.seed): run for run in before.records}
 
 
 def _portable(name: str, known: Container[str]) -> str:
-    """A known name as it is, a file by its absolute path."""
+    """A known name unchanged, the path of a file made absolute."""
     return name if name in known else str(Path(name).absolute())
 
 
 @contextmanager
 def _configured(backend: str, jobs: int, options: dict[str, Any]) -> Iterator[None]:
+    """A context in which joblib uses a backend."""
     try:
         configured = parallel_config(backend=backend, n_jobs=jobs, **options)
-    except (ValueError, TypeError) as error:  # what joblib raises of an unknown name or option
+    except (ValueError, TypeError) as error:  # joblib's errors for an unknown name or option
         raise InvalidInput("backend", backend, str(error)) from error
     with configured:
         yield
 
 
 def _results(tasks: dict[int, Task]) -> Iterator[tuple[int, RunRecord]]:
-    """Index and record of each task, as they end."""
+    """Index and record of each task, in the order in which the tasks end."""
     parallel = Parallel(return_as="generator_unordered", batch_size=1)
     results = parallel(delayed(_run)(i, task) for i, task in tasks.items())
     yield from results

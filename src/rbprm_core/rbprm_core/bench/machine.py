@@ -1,4 +1,4 @@
-"""Where and with what a campaign was run."""
+"""Hardware and software versions of the machine that runs a campaign."""
 
 from __future__ import annotations
 
@@ -17,12 +17,16 @@ VERSIONED = ("rbprm_core", "pin", "coal", "daqp", "numpy", "scipy", "joblib")
 
 @dataclass(frozen=True)
 class Machine:
-    """The machine that a campaign was started on; with a cluster, runs may be elsewhere.
+    """The machine on which a campaign was started; the runs on a cluster may be on others.
 
     Attributes:
-        processor: model. cores: logical ones that the process may use. memory: bytes.
-        system: operating system. python: its version. versions: of packages.
-        date: when the campaign began, UTC, ISO 8601.
+        processor: model of the processor.
+        cores: number of logical cores that the process may use.
+        memory: physical memory, bytes.
+        system: name of the operating system.
+        python: version of Python.
+        versions: version by name of package.
+        date: start of the campaign, UTC, ISO 8601.
     """
 
     processor: str
@@ -35,7 +39,7 @@ class Machine:
 
 
 def this_machine() -> Machine:
-    """The machine that this runs on, now."""
+    """The machine of this process, with the present date."""
     return Machine(
         processor=_processor(),
         cores=joblib.cpu_count(),
@@ -48,7 +52,7 @@ def this_machine() -> Machine:
 
 
 def _processor() -> str:
-    """Model of the processor; Linux tells it nowhere but in a file."""
+    """Model of the processor, which Linux gives only in a file."""
     try:
         found = re.search(r"^model name\s*:\s*(.+)$", Path("/proc/cpuinfo").read_text(), re.M)
     except OSError:

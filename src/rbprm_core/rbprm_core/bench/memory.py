@@ -9,12 +9,12 @@ from pathlib import Path
 
 
 def forget_peak() -> None:
-    """Let the peak begin anew, where the system can (Linux); elsewhere it is the process's own."""
+    """Reset the peak memory; on other systems than Linux it stays that of the whole process."""
     with contextlib.suppress(OSError):
         Path("/proc/self/clear_refs").write_text("5")
 
 
 def peak_memory() -> int:
-    """Most bytes of this process that were resident at once."""
+    """Largest resident memory of this process since the last reset, bytes."""
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak if sys.platform == "darwin" else 1024 * peak  # macOS counts in bytes, Linux in KiB

@@ -1,4 +1,4 @@
-"""The paper's own figures, to stand beside ours."""
+"""The figures published in Tonneau et al. 2018, for comparison ("the paper" in this package)."""
 
 from __future__ import annotations
 
@@ -14,20 +14,30 @@ from rbprm_core.validation import Record, parse_record
 Milliseconds = Annotated[float, Field(ge=0)]
 Percent = Annotated[float, Field(ge=0, le=100)]
 Range = tuple[Milliseconds, Milliseconds, Milliseconds]
-"""Least, average and worst."""
+"""Minimum, mean and maximum."""
 
 
 class PaperEntry(Record):
-    """What the paper reports of one scenario; None where it is silent.
+    """The published figures of one scenario; None for a figure that the paper does not give.
 
     Attributes:
-        scenarios: names of ours that stand for it. title, robot: the paper's.
-        source: table or section. note: what no number says.
+        scenarios: names of the scenarios of this package that correspond to it.
+        title: name of the scenario in the paper.
+        robot: name of the robot in the paper.
+        source: tables or section of the paper.
+        note: a remark.
         transitions: number of contact transitions.
-        guide, equilibrium, collision, projection, total: milliseconds.
-        per_transition: milliseconds.
-        success: of the runs. contacts_found, kinematic_failures, equilibrium_failures: of the
-            contacts asked of single limbs.
+        guide: time of the guide planner, milliseconds.
+        equilibrium: time of the equilibrium tests, milliseconds.
+        collision: time of the collision tests, milliseconds.
+        projection: time of inverse kinematics, milliseconds.
+        total: time of planning, milliseconds.
+        per_transition: mean time for one contact transition, milliseconds.
+        success: share of the runs that succeeded, per cent.
+        contacts_found: share of the attempts to make a contact that succeeded, per cent.
+        kinematic_failures: share of the attempts that failed for want of a reachable candidate free
+            of collision, per cent.
+        equilibrium_failures: share of the attempts that failed for want of equilibrium, per cent.
     """
 
     scenarios: tuple[str, ...]
@@ -49,14 +59,18 @@ class PaperEntry(Record):
 
 
 class PaperFigures(Record):
-    """The file `paper.toml`."""
+    """The content of the file `paper.toml`.
+
+    Attributes:
+        entries: figures of the paper's scenarios.
+    """
 
     entries: tuple[PaperEntry, ...]
 
 
 @cache
 def paper_figures() -> dict[str, PaperEntry]:
-    """The paper's entry for each of our scenarios that stands for one of its own."""
+    """Published figures by name of scenario, for the scenarios that correspond to one."""
     path = Path(__file__).with_name("paper.toml")
     figures = parse_record(PaperFigures, read_toml(str(path), {}, "paper"), "paper")
     return {name: entry for entry in figures.entries for name in entry.scenarios}

@@ -1,4 +1,4 @@
-"""Plots of a campaign: time to solution, and success over the time limit."""
+"""Plots of a campaign: time to solution, and success rate over the time limit."""
 
 from __future__ import annotations
 
@@ -21,14 +21,23 @@ if TYPE_CHECKING:
 
 WIDTH = 8.0  # inches
 DOTS = 120  # per inch
-STYLES = ("-", "--", ":", "-.")  # of lines, where there are more than colours
+STYLES = ("-", "--", ":", "-.")  # of lines, for more cases than colours
 SECONDS = "{x:g}"
-PAPER = "D"  # marker of the paper's figures
+PAPER = "D"  # marker of published figures
 Case = tuple[str, list[RunRecord]]
+"""Label and runs of a case."""
 
 
 def write_plots(campaign: Campaign, folder: Path) -> tuple[Path, ...]:
-    """Write the plots of a campaign that has records as PNG files; returns them."""
+    """Write the plots of a campaign as PNG files.
+
+    Args:
+        campaign: a campaign with at least one record.
+        folder: an existing folder.
+
+    Returns:
+        The files written.
+    """
     cases = _cases(campaign.records)
     height = 1.6 + 0.45 * len(cases)
     return (
@@ -38,7 +47,16 @@ def write_plots(campaign: Campaign, folder: Path) -> tuple[Path, ...]:
 
 
 def write_figure(path: Path, height: float, draw: Callable[[Axes], None]) -> Path:
-    """Write one PNG with one pair of axes, its height in inches."""
+    """Write a PNG file with one pair of axes.
+
+    Args:
+        path: path of the file.
+        height: height of the figure, inches.
+        draw: function that draws on the axes.
+
+    Returns:
+        The path of the file.
+    """
     figure = Figure(figsize=(WIDTH, height), dpi=DOTS, layout="constrained")
     FigureCanvasAgg(figure)
     ax = figure.add_subplot()
@@ -49,6 +67,7 @@ def write_figure(path: Path, height: float, draw: Callable[[Axes], None]) -> Pat
 
 
 def _cases(records: Sequence[RunRecord]) -> list[Case]:
+    """The cases of some records, in the order of the records."""
     cases: dict[CaseKey, list[RunRecord]] = {}
     for record in records:
         cases.setdefault(case_key(record), []).append(record)
@@ -56,7 +75,7 @@ def _cases(records: Sequence[RunRecord]) -> list[Case]:
 
 
 def _draw_times(ax: Axes, cases: list[Case]) -> None:
-    """A box a case from quartile to quartile, every run as a dot, the paper's average beside."""
+    """Draw quartiles of each case as a box, its runs as dots, the published mean as a diamond."""
     for row, (_, runs) in enumerate(cases):
         times = [run.wall for run in runs if run.success]
         color = _color(row)
@@ -74,12 +93,12 @@ def _draw_times(ax: Axes, cases: list[Case]) -> None:
     ax.set_ylim(len(cases) - 0.5, -0.5)
     ax.set_xscale("log")
     ax.xaxis.set_major_formatter(SECONDS)
-    ax.set_xlabel("seconds to a valid plan (dots: runs; diamond: the paper's average)")
+    ax.set_xlabel("seconds to a valid plan (dots: runs; diamonds: means of Tonneau et al. 2018)")
     ax.grid(axis="x", alpha=0.3)
 
 
 def _draw_success(ax: Axes, cases: list[Case]) -> None:
-    """Share of the runs that would have succeeded under a shorter time limit."""
+    """Draw the share of the runs that would have succeeded under a shorter time limit."""
     latest = max(run.wall for _, runs in cases for run in runs)
     for row, (label, runs) in enumerate(cases):
         times = np.sort([run.wall for run in runs if run.success])
@@ -96,10 +115,11 @@ def _draw_success(ax: Axes, cases: list[Case]) -> None:
     ax.set_xlabel("time limit [s]")
     ax.set_ylabel("success [%]")
     ax.grid(alpha=0.3)
-    ax.legend(title="diamonds: the paper's average time and success", fontsize="small")
+    ax.legend(title="diamonds: mean time and success of Tonneau et al. 2018", fontsize="small")
 
 
 def _mark_paper(ax: Axes, paper: PaperEntry | None, color: str) -> None:
+    """Mark the published mean time and success rate of a scenario."""
     if paper is not None and paper.total is not None and paper.success is not None:
         ax.plot(paper.total[1] / 1e3, paper.success, PAPER, color="none", markeredgecolor=color)
 

@@ -1,9 +1,9 @@
-"""Walks during which the environment is edited: what each edit costs, and whether it ends well.
+"""Benchmark of replanning: simulated executions during which the environment is edited.
 
-A walk plans a scenario with its seed, then plays the scenario's edits, each when its share of the
-sequence's states has been executed. The clock starts when an edit is known, as surfaces, and stops
-when the revised sequence is there. The check comes after that, on the states that are left to be
-walked, in the environment as edited.
+An execution plans a scenario with a seed, then applies the scenario's edits, each when the edit's
+share of the sequence's states has been executed. The time of a replan runs from the moment that the
+edited surfaces are known until the revised sequence exists. After that, the remaining states are
+checked in the edited environment.
 """
 
 from __future__ import annotations
@@ -32,18 +32,21 @@ from rbprm_core.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
-class PlayedEdit:
-    """An edit and what came of it.
+class AppliedEdit:
+    """An edit of the environment and its consequences for the sequence.
 
     Attributes:
-        seed: of the walk. name: of the edit. executed: state that the robot was in.
-        invalid: the states that did not hold any more, none where the plan stands.
-        validity, replanning: seconds to find them, and to plan anew; 0 where nothing was planned.
-        from_state: last state that was kept; -1 where nothing was planned.
-        states: number of states of the sequence after it.
-        failure: why there is no revision, "" where there is one or none is needed.
-        violations: by the check of what is left to be walked.
-        plan: what is left to be walked, in the environment as edited.
+        seed: seed of the execution.
+        name: name of the edit.
+        executed: index of the state that the robot was in.
+        invalid: states ahead that are invalid after the edit; empty where the plan is kept.
+        validity: time to find the invalid states, seconds.
+        replanning: time to replan, seconds; 0 where the plan was kept.
+        from_state: index of the last state that was kept in a replan; -1 where none was made.
+        states: number of states of the sequence afterwards.
+        failure: reason why the sequence could not be revised; "" where it was, or was kept.
+        violations: violations found by the check of the remaining sequence.
+        plan: the remaining sequence as a plan in the edited environment.
     """
 
     seed: int
@@ -59,42 +62,50 @@ class PlayedEdit:
     plan: ContactPlan
 
     @property
-    def clean(self) -> bool:
-        """True where the walk can go on."""
+    def valid(self) -> bool:
+        """True where a remaining sequence exists and the check finds no violation."""
         return not self.failure and not self.violations
 
     @property
     def seconds(self) -> float:
-        """From the edit to the revision, or to knowing that none is needed."""
+        """Time from the edit to the revised sequence, or to the decision to keep it, seconds."""
         return self.validity + self.replanning
 
 
 def replanning_benchmark(
     scenario: Scenario, data: RobotData, seed: int, edits: int, time_limit: float
-) -> Iterator[PlayedEdit]:
-    """Play a number of edits, walk after walk, each with the next seed and the scene as it was.
+) -> Iterator[AppliedEdit]:
+    """Apply a number of edits, in as many executions as needed.
+
+    Each execution has the next seed and starts in the scenario's own environment.
 
     Args:
-        edits: number of edits. time_limit: of each planning, seconds.
+        scenario: a scenario with edits.
+        data: data of the robot.
+        seed: seed of the first execution.
+        edits: number of edits.
+        time_limit: time limit of the first plan and of each replan, seconds.
+
+    Yields:
+        Each applied edit.
 
     Raises:
-        InvalidInput: a scenario without edits; an edit that cannot be used.
-        RbprmError: the scenario itself cannot be planned.
+        InvalidInput: a scenario without edits, or an edit that cannot be used.
+        RbprmError: the scenario cannot be planned before any edit.
     """
     if not scenario.edits:
-        reason = "has no [[edits]]: rbprm scenarios lists those that have"
-        raise InvalidInput("scenario", scenario.name, reason)
+        raise InvalidInput("scenario", scenario.name, "its file has no [[edits]]")
     left = edits
-    for walk in count(seed):
-        for played in _Walk(scenario, data, walk, time_limit).play():
+    for execution_seed in count(seed):
+        for applied in _Execution(scenario, data, execution_seed, time_limit).run():
             if left == 0:
                 return
             left -= 1
-            yield played
+            yield applied
 
 
-class _Walk:
-    """One walk through a scenario."""
+class _Execution:
+    """One simulated execution of a scenario."""
 
     def __init__(self, scenario: Scenario, data: RobotData, seed: int, time_limit: float) -> None:
         self._scenario, self._data = scenario, data
@@ -105,19 +116,19 @@ class _Walk:
         self._states = self._outcome.states
         self._executed = 0
 
-    def play(self) -> Iterator[PlayedEdit]:
-        """The edits, until one leaves no way."""
+    def run(self) -> Iterator[AppliedEdit]:
+        """Apply the edits in turn; the last one yielded is the first that cannot be handled."""
         for k, edit in enumerate(self._scenario.edits):
             self._executed = max(self._executed, int(edit.at * len(self._states)))
-            watch = self._watch()
+            monitor = self._monitor()
             scene = self._scenario.edited(self._scene, k)
             start = time.perf_counter()
-            invalid = watch.invalid(scene, self._executed)
+            invalid = monitor.invalid(scene, self._executed)
             validity = time.perf_counter() - start
             self._scene = scene
             from_state, failure, replanning = self._react(invalid)
             rest = self._rest()
-            yield PlayedEdit(
+            yield AppliedEdit(
                 seed=self._seed,
                 name=edit.name,
                 executed=self._executed,
@@ -134,7 +145,12 @@ class _Walk:
                 return
 
     def _react(self, invalid: tuple[InvalidState, ...]) -> tuple[int, str, float]:
-        """Do what the policy says: the state gone on from (-1), the failure (""), the seconds."""
+        """Keep the sequence or replan, as the policy decides.
+
+        Returns:
+            Index of the last state that was kept in a replan (-1 without), reason of a failure
+            ("" without), and time of the replan, seconds.
+        """
         indices = tuple(found.index for found in invalid)
         decision = decide(Situation(len(self._states), self._executed, indices))
         if isinstance(decision, Stuck):
@@ -153,15 +169,20 @@ class _Walk:
         self._states, self._outcome = revision.states, revision.outcome
         return revision.first_changed - 1, "", time.perf_counter() - start
 
-    def _watch(self) -> ValidityMonitor:
+    def _monitor(self) -> ValidityMonitor:
+        """A monitor of the sequence in the present scene."""
         request = self._request
-        least = request.min_robustness
         return ValidityMonitor(
-            self._data, self._states, least, request.gravity, request.grip_force, self._scene
+            self._data,
+            self._states,
+            request.min_robustness,
+            request.gravity,
+            request.grip_force,
+            self._scene,
         )
 
     def _rest(self) -> ContactPlan:
-        """What is left to be walked, as a plan of its own."""
+        """The remaining sequence as a plan of its own."""
         ahead = self._states[self._executed :]
         return rest_of_plan(
             self._outcome, ahead, self._request, self._data, self._scene, self._scenario.name
@@ -176,7 +197,16 @@ def rest_of_plan(
     scene: Scene,
     name: str,
 ) -> ContactPlan:
-    """Some last states of a sequence as a plan that starts where the first of them is."""
+    """The plan of the last states of a sequence, which starts at the first of them.
+
+    Args:
+        outcome: result of planning the whole sequence.
+        ahead: the last states, the executed one first.
+        request: request of the whole sequence.
+        data: data of the robot.
+        scene: the present scene.
+        name: name of the environment.
+    """
     root = ahead[0].q
     return contact_plan(
         replace(outcome, states=ahead),

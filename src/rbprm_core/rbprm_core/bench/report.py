@@ -1,4 +1,4 @@
-"""What a campaign leaves: its JSON, tables and plots in a folder."""
+"""Files of a campaign: JSON, tables and plots in a folder."""
 
 from __future__ import annotations
 
@@ -11,7 +11,11 @@ from rbprm_core.errors import InvalidInput
 
 
 def write_campaign(campaign: Campaign, folder: str | Path) -> tuple[Path, ...]:
-    """Leave a campaign in a folder: JSON first, then tables and plots.
+    """Write a campaign into a folder: JSON first, then tables and plots.
+
+    Args:
+        campaign: the campaign.
+        folder: path of the folder, which is made where it does not exist.
 
     Returns:
         The files written.

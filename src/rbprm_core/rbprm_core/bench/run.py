@@ -32,13 +32,16 @@ from rbprm_core.scene import Scene
 
 
 def run_task(task: Task) -> RunRecord:
-    """Run a task in one thread.
+    """The record of a task that is run in one thread.
 
-    Robot data and surfaces stay in the process for the next task of the same scenario, so a
-    process serves one task at a time.
+    Robot data and scene stay in the memory of the process for the next task of the same scenario,
+    so a process must run one task at a time.
+
+    Args:
+        task: scenario, robot, seed and bounds of the run.
 
     Raises:
-        InvalidInput: the scenario or the robot cannot be used.
+        InvalidInput: a scenario or a robot that cannot be used.
     """
     content = _content(task.scenario, known_scenarios())
     scenario, scene = _scenario(task.scenario, content)
@@ -49,29 +52,38 @@ def run_task(task: Task) -> RunRecord:
 
 
 def _content(name: str, known: dict[str, Path]) -> bytes:
-    """Content of a file by name or path: what is kept of it holds until it is edited."""
+    """Content of a file by name or path; data kept in memory are valid until it changes."""
     path = known.get(name, Path(name))
     return path.read_bytes() if path.is_file() else b""
 
 
 @lru_cache(maxsize=1)
 def _scenario(scenario: str, content: bytes) -> tuple[Scenario, Scene]:
-    text = load_scenario(scenario)
-    return text, text.scene()
+    """A scenario and its scene; `content` is a part of the key under which they are kept."""
+    loaded = load_scenario(scenario)
+    return loaded, loaded.scene()
 
 
 @lru_cache(maxsize=1)
 def _robot_data(
     scenario: str, scenario_content: bytes, robot: str | None, robot_content: bytes
 ) -> RobotData:
+    """Data of a scenario's robot; the contents are a part of the key under which they are kept."""
     return load_robot_data(load_scenario(scenario).load_robot(robot))
 
 
 def measure(scenario: Scenario, data: RobotData, scene: Scene, task: Task) -> RunRecord:
-    """Plan and check.
+    """The record of planning a scenario once and checking the plan.
 
-    What the planner derives from the scene (arrays, bounding volumes) is made anew in every run and
-    counts as preparation, so that the first run of a process and the last take the same.
+    The data that the planner derives from the scene (arrays, bounding volumes) are computed anew in
+    every run and count as preparation, so that the first run of a process takes as long as the
+    others.
+
+    Args:
+        scenario: the scenario.
+        data: data of the robot.
+        scene: scene of the scenario.
+        task: seed and bounds of the run.
     """
     request = scenario.request_for(data.robot, task.seed, task.robustness)
     fresh = Scene(scene.surfaces, scene.obstacles)
@@ -85,7 +97,7 @@ def measure(scenario: Scenario, data: RobotData, scene: Scene, task: Task) -> Ru
         statistics = found.statistics
     except RbprmError as error:
         failure, statistics = failure_of(error), error.statistics or statistics
-    except Exception as error:  # a fault of the planner is a result of the campaign, not its end
+    except Exception as error:  # a fault of the planner is recorded and does not end the campaign
         failure = failure_of(error)
     wall, cpu = time.perf_counter() - wall, time.thread_time() - cpu
     record = RunRecord(
@@ -109,20 +121,20 @@ def measure(scenario: Scenario, data: RobotData, scene: Scene, task: Task) -> Ru
 
 
 def _checked(record: RunRecord, result: ContactPlan) -> RunRecord:
-    """The record with what the check says of the plan."""
+    """The record with the results of the check of the plan."""
     report = check_plan(result)
     failure = failure_of_check(report.violations)
     if failure is None and record.wall > record.time_limit:
         failure = Failure(LATE, "", f"took {record.wall:.3g} s")
-    way = np.diff([node.position for node in result.guide], axis=0)
-    least = report.min_robustness
+    steps = np.diff([node.position for node in result.guide], axis=0)
+    robustness = report.min_robustness
     return replace(
         record,
         failure=failure,
         states=report.states,
         transitions=report.transitions,
-        guide_length=float(np.linalg.norm(way, axis=1).sum()),
-        min_robustness=least if math.isfinite(least) else None,
+        guide_length=float(np.linalg.norm(steps, axis=1).sum()),
+        min_robustness=robustness if math.isfinite(robustness) else None,
         violations=dict(Counter(str(violation.kind) for violation in report.violations)),
         support=(report.support.both, report.support.one, report.support.neither),
         overhanging=report.overhanging,
@@ -132,6 +144,10 @@ def _checked(record: RunRecord, result: ContactPlan) -> RunRecord:
 
 
 def plan_digest(result: ContactPlan) -> str:
-    """Short name of a plan's guide and states; two plans share it if they are the same."""
+    """Hexadecimal digest of a plan's guide and states, equal for equal plans.
+
+    Args:
+        result: the plan.
+    """
     content = result.model_dump(mode="json", include={"guide", "states"})
     return hashlib.blake2s(json.dumps(content).encode(), digest_size=8).hexdigest()

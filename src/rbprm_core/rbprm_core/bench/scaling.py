@@ -1,4 +1,4 @@
-"""How planning time grows with the length of the way, and with the surfaces around it."""
+"""Growth of planning time with the length of the path and with the number of surfaces."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from rbprm_core.robot.data import RobotData, load_robot_data
 from rbprm_core.scenario import Scenario, load_scenario
 from rbprm_core.scene import Scene
 
-LENGTHS = (1, 2, 4, 8)
-SURFACES = (10, 100, 1_000, 10_000)
+LENGTHS = (1, 2, 4, 8)  # repetitions of the rubble
+SURFACES = (10, 100, 1_000, 10_000)  # tiles beside the path
 PHASES = ("prepare", "guide", "shortcut", "sequence")
 PROCESSOR = "processor"
-"""Processor time of planning as a whole, which what else runs on the machine disturbs least."""
+"""Processor time of planning as a whole; other programs on the machine influence it little."""
 BLOCK = Path(__file__).with_name("block.toml")
 
 
 @dataclass(frozen=True)
 class Size:
-    """One size of the problem.
+    """The runs of one size of the problem.
 
     Attributes:
-        size: what grows: metres from start to goal, or number of surfaces around the way.
-        surfaces: of the scene in all.
-        reading: processor seconds to make surfaces of the environment, before planning.
-        records: a run each seed.
+        size: distance from start to goal in metres, or number of surfaces beside the path.
+        surfaces: number of all surfaces of the scene.
+        reading: processor time of making surfaces of the environment, before planning, seconds.
+        records: records of the runs, one for each seed.
     """
 
     size: float
@@ -44,7 +44,11 @@ class Size:
     records: tuple[RunRecord, ...]
 
     def seconds(self, phase: str) -> float:
-        """Median seconds of a phase, or of PROCESSOR, over the successes; NaN without any."""
+        """Median time of a phase over the successful runs, seconds; NaN without any.
+
+        Args:
+            phase: name of a phase of the planner, "total" or `PROCESSOR`.
+        """
         found = [
             run.cpu if phase == PROCESSOR else run.seconds[phase]
             for run in self.records
@@ -60,10 +64,13 @@ class Size:
 
 @dataclass(frozen=True)
 class Growth:
-    """Planning time over sizes.
+    """Planning times for several sizes of a problem.
 
     Attributes:
-        name: "length" or "surfaces". unit: of the sizes.
+        name: "length" or "surfaces".
+        unit: unit of the sizes.
+        machine: machine of the measurement.
+        sizes: runs of each size, in increasing order.
     """
 
     name: str
@@ -72,11 +79,22 @@ class Growth:
     sizes: tuple[Size, ...]
 
     def exponent(self, phase: str = PROCESSOR) -> float:
-        """p of the power law t = c size^p that fits best (least squares of logarithms)."""
+        """Exponent $p$ of the power law $t = c x^p$ of time $t$ over size $x$.
+
+        It is fitted to all sizes by least squares of the logarithms; NaN where a size has no
+        success.
+
+        Args:
+            phase: name of a phase of the planner, "total" or `PROCESSOR`.
+        """
         return self._slope(phase, self.sizes)
 
     def last_exponent(self, phase: str = PROCESSOR) -> float:
-        """p between the two greatest sizes, where what is constant weighs least."""
+        """Exponent $p$ between the two largest sizes, where constant costs matter least.
+
+        Args:
+            phase: name of a phase of the planner, "total" or `PROCESSOR`.
+        """
         return self._slope(phase, self.sizes[-2:])
 
     def _slope(self, phase: str, sizes: Sequence[Size]) -> float:
@@ -91,14 +109,20 @@ def growth_with_length(
     on_record: Callable[[RunRecord], None] = lambda record: None,
     robot: str | None = None,
 ) -> Growth:
-    """The rubble repeated that many times along the way.
+    """Planning times over the rubble, repeated along the path.
 
     Args:
-        robot: a robot file instead of HyQ's; start, goal and bounds stay HyQ's.
+        sizes: numbers of repetitions, in increasing order; at least two.
+        seeds: seeds of the runs.
+        on_record: function called with the record of every run as it ends.
+        robot: name or file of a robot instead of HyQ; start, goal and bounds are those for HyQ.
+
+    Raises:
+        InvalidInput: sizes or a robot that cannot be used.
     """
-    text = load_scenario("rubble")
-    span = text.request.goal.position[0] - text.request.start.position[0]
-    variants = [(times * span, longer(text, times)) for times in _checked(sizes)]
+    scenario = load_scenario("rubble")
+    span = scenario.request.goal.position[0] - scenario.request.start.position[0]
+    variants = [(times * span, longer(scenario, times)) for times in _checked(sizes)]
     return _growth("length", "m", variants, seeds, on_record, robot)
 
 
@@ -108,13 +132,19 @@ def growth_with_surfaces(
     on_record: Callable[[RunRecord], None] = lambda record: None,
     robot: str | None = None,
 ) -> Growth:
-    """A way round a block, with that many surfaces out of reach to both sides.
+    """Planning times of a path round a block, with surfaces out of reach on both sides.
 
     Args:
-        robot: a robot file instead of HyQ's; start, goal and bounds stay HyQ's.
+        sizes: numbers of surfaces, in increasing order; at least two.
+        seeds: seeds of the runs.
+        on_record: function called with the record of every run as it ends.
+        robot: name or file of a robot instead of HyQ; start, goal and bounds are those for HyQ.
+
+    Raises:
+        InvalidInput: sizes or a robot that cannot be used.
     """
-    text = load_scenario(str(BLOCK))
-    variants = [(float(count), surrounded(text, count)) for count in _checked(sizes)]
+    scenario = load_scenario(str(BLOCK))
+    variants = [(float(count), surrounded(scenario, count)) for count in _checked(sizes)]
     return _growth("surfaces", "surfaces", variants, seeds, on_record, robot)
 
 
@@ -126,18 +156,20 @@ def _growth(
     on_record: Callable[[RunRecord], None],
     robot: str | None,
 ) -> Growth:
+    """Planning times of variants of a scenario, given with their sizes."""
     machine = this_machine()
     data = load_robot_data(variants[0][1].load_robot(robot))
     scenes, reading = [], []
-    for _, text in variants:
+    for _, scenario in variants:
         start = time.thread_time()
-        scenes.append(text.scene())
+        scenes.append(scenario.scene())
         reading.append(time.thread_time() - start)
     records: list[list[RunRecord]] = [[] for _ in variants]
     with threadpool_limits(1):
-        for seed in seeds:  # all sizes, then the next seed: what disturbs, disturbs them all
-            for (_, text), scene, runs in zip(variants, scenes, records, strict=True):
-                runs.append(_run(text, data, scene, seed))
+        # All sizes with one seed, then the next seed: disturbances then affect all sizes alike.
+        for seed in seeds:
+            for (_, scenario), scene, runs in zip(variants, scenes, records, strict=True):
+                runs.append(_run(scenario, data, scene, seed))
                 on_record(runs[-1])
     sizes = [
         Size(size, len(scene.surfaces), seconds, tuple(runs))
@@ -146,13 +178,13 @@ def _growth(
     return Growth(name, unit, machine, tuple(sizes))
 
 
-def _run(text: Scenario, data: RobotData, scene: Scene, seed: int) -> RunRecord:
-    request = text.request
-    task = Task(text.name, None, seed, request.robustness_threshold, request.time_limit)
-    return measure(text, data, scene, task)
+def _run(scenario: Scenario, data: RobotData, scene: Scene, seed: int) -> RunRecord:
+    request = scenario.request
+    task = Task(scenario.name, None, seed, request.robustness_threshold, request.time_limit)
+    return measure(scenario, data, scene, task)
 
 
 def _checked(sizes: Sequence[int]) -> Sequence[int]:
     if len(sizes) < 2 or min(sizes) < 1:
-        raise InvalidInput("sizes", list(sizes), "at least two positive ones are needed")
+        raise InvalidInput("sizes", list(sizes), "at least two positive sizes are needed")
     return sizes

@@ -1,4 +1,4 @@
-"""Growth as JSON, a Markdown table and a plot."""
+"""Growth of planning time as JSON, a Markdown table and a plot."""
 
 from __future__ import annotations
 
@@ -17,7 +17,14 @@ from rbprm_core.view.palette import INK, LIMBS
 
 
 def write_growth(growth: Growth, folder: str | Path) -> tuple[Path, ...]:
-    """Leave a growth in a folder; returns the files.
+    """Write a growth into a folder.
+
+    Args:
+        growth: planning times for several sizes.
+        folder: path of the folder, which is made where it does not exist.
+
+    Returns:
+        The files written.
 
     Raises:
         InvalidInput: the folder cannot be made or written to.
@@ -37,7 +44,11 @@ def write_growth(growth: Growth, folder: str | Path) -> tuple[Path, ...]:
 
 
 def growth_table(growth: Growth) -> str:
-    """A row a size, then the exponents of the power laws."""
+    """A Markdown table with one row for each size, then the exponents of the power laws.
+
+    Args:
+        growth: planning times for several sizes.
+    """
     phases = (*PHASES, "total", PROCESSOR)
     head = (growth.unit, "surfaces in all", "success", *(f"{phase} [s]" for phase in phases))
     rows = [
@@ -61,7 +72,7 @@ def growth_table(growth: Growth) -> str:
 
 
 def _draw(ax: Axes, growth: Growth) -> None:
-    """Processor time and phases over size, both axes logarithmic; dashed is as fast as linear."""
+    """Draw processor time and phases over size, both axes logarithmic, linear growth dashed."""
     x = np.array([size.size for size in growth.sizes])
     for phase, color in zip(PHASES, LIMBS, strict=False):
         ax.plot(x, [size.seconds(phase) for size in growth.sizes], ".-", color=color, label=phase)
@@ -71,7 +82,7 @@ def _draw(ax: Axes, growth: Growth) -> None:
     ax.plot(x, times[0] * x / x[0], "--", color=INK, alpha=0.4, label="linear growth")
     ax.set_xscale("log")
     ax.set_yscale("log")
-    ax.set_xlabel("metres of way" if growth.name == "length" else "surfaces around the way")
-    ax.set_ylabel("seconds (median; phases by the clock)")
+    ax.set_xlabel("length of the path [m]" if growth.name == "length" else "surfaces around it")
+    ax.set_ylabel("median time [s] (phases: elapsed time)")
     ax.grid(alpha=0.3)
     ax.legend(fontsize="small")

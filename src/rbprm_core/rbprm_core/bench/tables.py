@@ -1,4 +1,4 @@
-"""A campaign as Markdown: our figures, the paper's beside them, and why runs failed."""
+"""Markdown tables of a campaign, with the figures of Tonneau et al. 2018 for comparison."""
 
 from __future__ import annotations
 
@@ -11,37 +11,44 @@ from rbprm_core.bench.paper import PaperEntry, Range, paper_figures
 if TYPE_CHECKING:
     from rbprm_core.bench.campaign import Campaign
 
-NONE = "–"
+NONE = "–"  # a figure that does not exist
+PAPER = "Tonneau et al. 2018"
 Row = Sequence[str]
+"""Cells of a row."""
 
 
 def markdown(campaign: Campaign) -> str:
-    """The whole report of a campaign."""
+    """The report of a campaign in Markdown.
+
+    Args:
+        campaign: the campaign.
+    """
     found = campaign.aggregates
     parts = [
         "# Campaign",
         _origin(campaign),
         "## Overview",
-        "Times are of the successes, in seconds: preparing + guide + shortcuts + sequence. A "
-        "success is a plan that was found within the limit, ends on the goal and holds every bound "
-        "of the check.",
+        "Times are those of the successful runs, in seconds: preparing + guide + shortcuts + "
+        "sequence. A run is successful if a plan was found within the time limit and satisfies "
+        "every bound of the check, those at the goal included.",
         overview_table(found),
         "## Phases",
-        "Median seconds of the successes. Candidates to collision are operations inside the "
-        "sequence; processor is the processor time of planning as a whole.",
+        "Median seconds of the successful runs. The columns from candidates to collision are "
+        "operations inside the sequence; processor is the processor time of planning as a whole.",
         phases_table(found),
-        "## Times, as in the paper's table 2",
-        "Milliseconds, minimum – mean – maximum, of the successes; per transition is the mean. The "
-        "guide includes its shortcuts. Candidates are not in the paper.",
+        f"## Times, as in table 2 of {PAPER}",
+        "Milliseconds, minimum – mean – maximum, of the successful runs; per transition is the "
+        "mean. The guide includes its shortcuts. The paper does not list candidates.",
         times_table(found),
-        "## Success, as in the paper's table 3",
-        "Contacts are those asked of single limbs. Roots are the root configurations tried along "
-        "the guides, each once, that gave a state in equilibrium. Failed runs count.",
+        f"## Success, as in table 3 of {PAPER}",
+        "Contacts: share of the attempts to make a contact with one limb. Roots in equilibrium: "
+        "share of the root configurations tried along the guides, each counted once, that gave a "
+        "state in equilibrium. Failed runs are included.",
         success_table(found),
         *_notes(found),
-        "## What the check measures beside its bounds",
-        "Stable: share of the transitions of the successes in which the robot stands without the "
-        "moving contact at both ends, at one, at neither.",
+        "## Measures of the check",
+        "Stable: share of the transitions of the successful runs in which the robot is in "
+        "equilibrium without the moving contact at both ends, at one, at neither.",
         check_table(found),
         "## Failures",
         failures_table(found),
@@ -50,11 +57,15 @@ def markdown(campaign: Campaign) -> str:
 
 
 def overview_table(found: Iterable[Aggregate]) -> str:
-    """One row a case."""
+    """A table of the main figures, one row for each case.
+
+    Args:
+        found: figures of the cases.
+    """
     head = (
         "scenario", "robot", "b0 ≥ [N]", "limit [s]", "success", "median [s]", "95 % [s]",
-        "worst [s]", "processor, median [s]", "transitions", "ms per transition",
-        "ms per state", "violations", "distinct plans", "peak [MB]", "paper: success, average",
+        "maximum [s]", "processor, median [s]", "transitions", "ms per transition",
+        "ms per state", "violations", "distinct plans", "peak [MB]", f"{PAPER}: success, mean",
     )  # fmt: skip
     return table(head, [_overview(case) for case in found])
 
@@ -82,6 +93,7 @@ def _overview(case: Aggregate) -> Row:
 
 
 def _paper_in_short(paper: PaperEntry | None) -> str:
+    """Published success rate and mean time of a scenario, or the note on it."""
     if paper is None:
         return NONE
     if paper.success is None or paper.total is None:
@@ -90,7 +102,11 @@ def _paper_in_short(paper: PaperEntry | None) -> str:
 
 
 def phases_table(found: Sequence[Aggregate]) -> str:
-    """Median seconds of every phase that the planner times."""
+    """A table of the median seconds of every phase of the planner, one row for each case.
+
+    Args:
+        found: figures of the cases.
+    """
     phases = tuple(dict.fromkeys(phase for case in found for phase in case.seconds))
     heads = (phase.removeprefix("sequence.") for phase in phases)
     rows = [
@@ -106,9 +122,13 @@ def phases_table(found: Sequence[Aggregate]) -> str:
 
 
 def times_table(found: Iterable[Aggregate]) -> str:
-    """Table 2: the paper's row under ours."""
+    """A table of times as table 2 of the paper, each case followed by the published row.
+
+    Args:
+        found: figures of the cases.
+    """
     head = (
-        "scenario (transitions)", "who", "guide", "static equilibrium", "collision",
+        "scenario (transitions)", "robot", "guide", "static equilibrium", "collision",
         "inverse kinematics", "candidates", "total", "per transition",
     )  # fmt: skip
     rows: list[Row] = []
@@ -139,7 +159,7 @@ def _our_times(case: Aggregate) -> Row:
 def _paper_times(paper: PaperEntry) -> Row:
     return (
         f"{paper.title} ({paper.transitions})" if paper.transitions else paper.title,
-        f"paper, {paper.robot}",
+        f"{PAPER}, {paper.robot}",
         _range(paper.guide),
         _range(paper.equilibrium),
         _range(paper.collision),
@@ -151,9 +171,13 @@ def _paper_times(paper: PaperEntry) -> Row:
 
 
 def success_table(found: Iterable[Aggregate]) -> str:
-    """Table 3: the paper's row under ours."""
+    """A table of success rates as table 3 of the paper, each case followed by the published row.
+
+    Args:
+        found: figures of the cases.
+    """
     head = (
-        "scenario", "who", "success", "contacts found", "kinematic failure",
+        "scenario", "robot", "success", "contacts found", "kinematic failure",
         "equilibrium failure", "roots in equilibrium",
     )  # fmt: skip
     rows: list[Row] = []
@@ -180,7 +204,7 @@ def _our_success(case: Aggregate) -> Row:
 def _paper_success(paper: PaperEntry) -> Row:
     return (
         paper.title,
-        f"paper, {paper.robot}",
+        f"{PAPER}, {paper.robot}",
         _percent(paper.success),
         _percent(paper.contacts_found),
         _percent(paper.kinematic_failures),
@@ -190,7 +214,11 @@ def _paper_success(paper: PaperEntry) -> Row:
 
 
 def check_table(found: Iterable[Aggregate]) -> str:
-    """Violations by the check, and the figures that break no bound."""
+    """A table of the check's violations and of its measures without a bound.
+
+    Args:
+        found: figures of the cases.
+    """
     head = (
         "scenario", "robot", "invalid plans", "violations", "overhanging patches",
         "goal contacts missed", "stable at both ends", "at one", "at neither",
@@ -211,7 +239,11 @@ def check_table(found: Iterable[Aggregate]) -> str:
 
 
 def failures_table(found: Sequence[Aggregate]) -> str:
-    """Why runs failed, alike ones together."""
+    """A table of the causes of failures, equal ones joined.
+
+    Args:
+        found: figures of the cases.
+    """
     head = ("scenario", "robot", "runs", "code", "limb", "reason", "a seed")
     rows = [
         (
@@ -230,7 +262,12 @@ def failures_table(found: Sequence[Aggregate]) -> str:
 
 
 def table(head: Row, rows: Iterable[Row]) -> str:
-    """A Markdown table."""
+    """A Markdown table.
+
+    Args:
+        head: cells of the head.
+        rows: cells of each row.
+    """
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join(f"| {' | '.join(_cell(text) for text in line)} |" for line in lines)
 
@@ -240,13 +277,14 @@ def _cell(text: str) -> str:
 
 
 def _origin(campaign: Campaign) -> str:
+    """A sentence on the runs, the machine and the versions of a campaign."""
     machine = campaign.machine
     versions = ", ".join(f"{name} {number}" for name, number in machine.versions.items())
-    done = f"{len(campaign.records)} of {campaign.asked} runs"
+    done = f"{len(campaign.records)} of {campaign.requested} runs"
     stopped = f" (stopped: {campaign.stopped})" if campaign.stopped else ""
     return (
-        f"{done}{stopped}, begun {machine.date}, {campaign.jobs} at once ({campaign.backend}), "
-        "each in one thread, robot data loaded before the clock starts. "
+        f"{done}{stopped}, started {machine.date}, {campaign.jobs} at the same time "
+        f"({campaign.backend}), each in one thread, robot data loaded before the time starts. "
         f"{machine.processor}, {machine.cores} cores, {machine.memory / 1e9:.0f} GB, "
         f"{machine.system}; Python {machine.python}, {versions}."
     )
@@ -257,7 +295,7 @@ def _notes(found: Iterable[Aggregate]) -> list[str]:
     for case in found:
         paper = paper_figures().get(case.scenario)
         if paper is not None and paper.note:
-            notes[paper.title] = f"- The paper's {paper.title} ({paper.source}): {paper.note}"
+            notes[paper.title] = f"- {PAPER}, {paper.title} ({paper.source}): {paper.note}"
     return ["\n".join(notes.values())] if notes else []
 
 

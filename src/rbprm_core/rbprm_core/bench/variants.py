@@ -1,4 +1,4 @@
-"""Scenarios of growing size, made from one that is given."""
+"""Scenarios of growing size, derived from a given scenario."""
 
 from __future__ import annotations
 
@@ -8,43 +8,52 @@ from rbprm_core.scenario import Scenario, SurfaceText
 
 TILE = 0.5  # metres, side of a tile
 GAP = 0.1  # metres between tiles
-CLEAR = 1.0  # metres between the robot's surroundings and the first tile
-IN_A_ROW = 20
+CLEAR = 1.0  # metres between the scenario's surfaces and the first tile
+IN_A_ROW = 20  # number of tiles
 
 
-def longer(text: Scenario, times: int) -> Scenario:
-    """A scenario whose way is that many times as long.
+def longer(scenario: Scenario, times: int) -> Scenario:
+    """A scenario with a multiple of the distance from start to goal.
 
-    Its meshes are repeated from start to goal along x, which is how far the goal moves as well.
+    The meshes are repeated along x with the distance from start to goal as period; the goal, the
+    bounds and the time limit grow accordingly.
+
+    Args:
+        scenario: scenario of meshes, start and goal.
+        times: number of repetitions.
     """
-    request = text.request
+    request = scenario.request
     period = request.goal.position[0] - request.start.position[0]
     meshes = [
         mesh.model_copy(update={"translation": _along_x(mesh.translation, k * period)})
         for k in range(times)
-        for mesh in text.environment.meshes
+        for mesh in scenario.environment.meshes
     ]
     more = (times - 1) * period
     goal = request.goal.model_copy(update={"position": _along_x(request.goal.position, more)})
     low, high = request.bounds.x
     bounds = request.bounds.model_copy(update={"x": (low, high + more)})
     changed = {"goal": goal, "bounds": bounds, "time_limit": times * request.time_limit}
-    return text.model_copy(
+    return scenario.model_copy(
         update={
-            "name": f"{text.name}_x{times}",
-            "environment": text.environment.model_copy(update={"meshes": tuple(meshes)}),
+            "name": f"{scenario.name}_x{times}",
+            "environment": scenario.environment.model_copy(update={"meshes": tuple(meshes)}),
             "request": request.model_copy(update=changed),
             "robots": {},
         }
     )
 
 
-def surrounded(text: Scenario, count: int) -> Scenario:
-    """A scenario with that many tiles of ground to both sides of the way, out of all reach.
+def surrounded(scenario: Scenario, count: int) -> Scenario:
+    """A scenario with additional tiles of ground on both sides of its surfaces, out of reach.
 
-    The way itself stays as it is; rows of tiles lie farther and farther out.
+    The tiles lie in rows along x, alternately on either side, each row farther out than the last.
+
+    Args:
+        scenario: scenario of surfaces, start and goal.
+        count: number of tiles.
     """
-    corners = [corner for surface in text.environment.surfaces for corner in surface.vertices]
+    corners = [corner for surface in scenario.environment.surfaces for corner in surface.vertices]
     low, high = np.min(corners, axis=0), np.max(corners, axis=0)
     pitch = TILE + GAP
     tiles = []
@@ -55,11 +64,11 @@ def surrounded(text: Scenario, count: int) -> Scenario:
         x = low[0] + pitch * column
         square = ((x, y), (x + TILE, y), (x + TILE, y + TILE), (x, y + TILE))
         tiles.append(SurfaceText(id=f"tile_{k}", vertices=tuple((*xy, 0.0) for xy in square)))
-    surfaces = (*text.environment.surfaces, *tiles)
-    return text.model_copy(
+    surfaces = (*scenario.environment.surfaces, *tiles)
+    return scenario.model_copy(
         update={
-            "name": f"{text.name}_{count}_tiles",
-            "environment": text.environment.model_copy(update={"surfaces": surfaces}),
+            "name": f"{scenario.name}_{count}_tiles",
+            "environment": scenario.environment.model_copy(update={"surfaces": surfaces}),
         }
     )
 

@@ -144,7 +144,7 @@ def _make(folder: Path) -> None:
 
 def overview(campaign: Campaign) -> Table:
     """The figures that matter most, a row a case."""
-    table = Table(title=f"{len(campaign.records)} of {campaign.asked} runs")
+    table = Table(title=f"{len(campaign.records)} of {campaign.requested} runs")
     for head in ("scenario", "robot", "b0 [N]", "success", "median", "worst", "per transition"):
         table.add_column(head, justify="left" if head in ("scenario", "robot") else "right")
     for case in campaign.aggregates:

@@ -9,7 +9,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from rbprm_core.bench.replanning_benchmark import PlayedEdit, replanning_benchmark
+from rbprm_core.bench.replanning_benchmark import AppliedEdit, replanning_benchmark
 from rbprm_core.budget import MIN_TIME_LIMIT
 from rbprm_core.cli.progress import StageBars
 from rbprm_core.errors import InvalidInput
@@ -51,7 +51,7 @@ def replan(
     console = Console(soft_wrap=True)
     with StageBars(console) as bars:
         data = load_robot_data(model, bars.robot_data)
-    played: list[PlayedEdit] = []
+    played: list[AppliedEdit] = []
     for edit in replanning_benchmark(
         text, data, seed, len(text.edits) if edits is None else edits, limit
     ):
@@ -64,11 +64,11 @@ def replan(
     if out is not None:
         played[-1].plan.write(out)
         console.print(f"written to {out}")
-    if not all(edit.clean for edit in played):
+    if not all(edit.valid for edit in played):
         raise click.exceptions.Exit(1)
 
 
-def _line(edit: PlayedEdit) -> str:
+def _line(edit: AppliedEdit) -> str:
     """One edit in one line."""
     head = f"seed {edit.seed}, {edit.name} at state {edit.executed}"
     took = f"validity {1e3 * edit.validity:.1f} ms"
@@ -85,7 +85,7 @@ def _line(edit: PlayedEdit) -> str:
     )
 
 
-def summary(played: list[PlayedEdit]) -> Table:
+def summary(played: list[AppliedEdit]) -> Table:
     """All edits in a few rows."""
     revised = [1e3 * edit.seconds for edit in played if edit.from_state >= 0]
     validity = [1e3 * edit.validity for edit in played]
@@ -93,7 +93,7 @@ def summary(played: list[PlayedEdit]) -> Table:
     table.add_row("played", str(len(played)))
     table.add_row("plan stood", str(sum(not edit.invalid for edit in played)))
     table.add_row("planned anew", str(len(revised)))
-    table.add_row("clean by the check", str(sum(edit.clean for edit in played)))
+    table.add_row("clean by the check", str(sum(edit.valid for edit in played)))
     for name, times in (("validity, ms", validity), ("edit to revision, ms", revised)):
         if times:
             middle, high = np.percentile(times, [50, 95])
