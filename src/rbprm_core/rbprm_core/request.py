@@ -24,7 +24,7 @@ from rbprm_core.placement import Placement
 from rbprm_core.plan_record import BoundsEntry, Pose, RequestEntry, RequestFields
 from rbprm_core.robot import Robot
 from rbprm_core.statics import GRIP_FORCE
-from rbprm_core.validation import MAX_COUNT, Record, finite_array, one_of, parse_record
+from rbprm_core.validation import MAX_COUNT, Record, one_of, parse_record
 
 Array = NDArray[np.float64]
 
@@ -147,8 +147,9 @@ class PlanRequest:
             place = getattr(self, name)
             Placement.parse(place.position, place.orientation, name)
         for name in ("low", "high", "half_ranges"):
-            finite_array(f"bounds.{name}", getattr(self.bounds, name), (3,))
-        gravity = finite_array("gravity", self.gravity, (3,))
+            value = getattr(self.bounds, name)
+            if np.shape(value) != (3,):
+                raise InvalidInput(f"bounds.{name}", value, "must be an array of 3 numbers")
         parse_record(_Checked, self._plain())
         for axis, low, high in zip("xyz", self.bounds.low, self.bounds.high, strict=True):
             if low > high:
@@ -167,7 +168,7 @@ class PlanRequest:
                 else _known_limbs(self.goal_limbs, limbs, "goal_limbs")
             ),
             robustness_threshold=float(self.robustness_threshold),
-            gravity=gravity,
+            gravity=np.array(self.gravity, dtype=float),
             grip_force=float(self.grip_force),
         )
 

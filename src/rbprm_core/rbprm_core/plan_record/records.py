@@ -117,7 +117,7 @@ class EnvironmentEntry(PlanRecord):
     classification: ClassificationEntry | None = None
 
 
-class GuideNode(Pose):
+class GuideNode(Pose, from_attributes=True):
     """A node of the guide: the pose of the root and the joints planned with it.
 
     Attributes:

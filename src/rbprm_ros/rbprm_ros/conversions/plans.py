@@ -14,26 +14,25 @@ from rbprm_core.check import transitions
 from rbprm_core.check.sequence import missing_at_goal
 from rbprm_core.errors import InvalidInput
 from rbprm_core.plan_record import (
+    GRIP_FORCE,
     ContactEntry,
     ContactPlan,
     EnvironmentEntry,
+    GuideNode,
     Pose,
     RequestEntry,
     RobotEntry,
     StateEntry,
     Statistics,
 )
-from rbprm_core.planner import MIN_GRIP
-from rbprm_core.statics import GRIP_FORCE
 from rbprm_core.validation import (
-    MAX_FORCE,
     MAX_FRICTION,
-    MAX_GRAVITY,
     finite_array,
     finite_number,
+    naming_fields,
+    parse_record,
 )
 from rbprm_ros.conversions.geometry import (
-    Triple,
     placement_of_message,
     pose_message,
     pose_of_message,
@@ -44,6 +43,8 @@ from rbprm_ros.conversions.geometry import (
 
 TYPES = {"point": Contact.TYPE_POINT, "planar": Contact.TYPE_PLANAR}
 TYPE_NAMES = {number: name for name, number in TYPES.items()}
+FIELDS = {f"gravity.{i}": f"sequence.gravity.{axis}" for i, axis in enumerate("xyz")}
+"""Fields of a validated sequence by those of a `RequestEntry`, where they differ."""
 MAX_POINTS = 16  # of a contact; a patch has four
 
 
@@ -126,7 +127,8 @@ def plan_of_messages(
         statistics: of the answer to the call; a topic carries none.
 
     Raises:
-        pydantic.ValidationError: a message that did not come from a planner.
+        InvalidInput: a request that none can have made, see `read_sequence`.
+        pydantic.ValidationError: another message that did not come from a planner.
     """
     return ContactPlan(
         robot=RobotEntry(
@@ -136,16 +138,8 @@ def plan_of_messages(
             joint_names=tuple(sequence.joint_names),
         ),
         environment=environment,
-        request=RequestEntry(
-            start=pose_of_message(sequence.start),
-            goal=pose_of_message(sequence.goal),
-            seed=sequence.seed,
-            robustness_threshold=sequence.robustness_threshold,
-            gravity=triple(sequence.gravity),
-            grip_force=sequence.grip_force or GRIP_FORCE,
-            goal_limbs=tuple(sequence.goal_limbs) or None,
-        ),
-        guide=tuple(pose_of_message(stamped.pose) for stamped in guide.poses),
+        request=_request_entry(sequence),
+        guide=tuple(_guide_node(stamped.pose) for stamped in guide.poses),
         states=tuple(_state_entry(state) for state in sequence.states),
         statistics=Statistics() if statistics is None else _statistics(statistics),
     )
@@ -168,37 +162,14 @@ def read_sequence(message: ContactSequence, max_states: int, limbs: int) -> Cont
     )
     for field in ("start", "goal"):
         placement_of_message(getattr(message, field), f"sequence.{field}")
-    field, threshold = "sequence.robustness_threshold", message.robustness_threshold
-    finite_number(field, threshold, low=0.0, high=MAX_FORCE)
-    read_gravity("sequence.gravity", message.gravity)
-    read_grip_force("sequence.grip_force", message.grip_force)
     bare = ContactSequence(
         robot=message.robot, urdf=message.urdf, srdf=message.srdf, joint_names=message.joint_names,
         start=message.start, goal=message.goal, seed=message.seed, gravity=message.gravity,
         robustness_threshold=message.robustness_threshold, grip_force=message.grip_force,
     )  # fmt: skip
-    plan = plan_of_messages(bare, Path(), EnvironmentEntry())
+    with naming_fields(FIELDS, "sequence."):
+        plan = plan_of_messages(bare, Path(), EnvironmentEntry())
     return plan.model_copy(update={"states": states})
-
-
-def read_gravity(field: str, message: Vector3) -> Triple:
-    """Gravity, m/s^2.
-
-    Raises:
-        InvalidInput: not finite, or more than any planet's.
-    """
-    for axis, value in zip("xyz", triple(message), strict=True):
-        finite_number(f"{field}.{axis}", value, low=-MAX_GRAVITY, high=MAX_GRAVITY)
-    return triple(message)
-
-
-def read_grip_force(field: str, value: float) -> float:
-    """What robustness without gravity is measured by, newtons; 0 is the usual one.
-
-    Raises:
-        InvalidInput: out of range.
-    """
-    return finite_number(field, value or GRIP_FORCE, low=MIN_GRIP, high=MAX_FORCE)
 
 
 def read_state(message: ContactState, field: str, limbs: int) -> StateEntry:
@@ -232,6 +203,25 @@ def read_state(message: ContactState, field: str, limbs: int) -> StateEntry:
     finite_array(f"{field}.com", triple(message.com), (3,))
     finite_number(f"{field}.robustness", message.robustness)
     return _state_entry(message)
+
+
+def _request_entry(message: ContactSequence) -> RequestEntry:
+    """What a sequence holds of its request."""
+    fields = {
+        "start": pose_of_message(message.start),
+        "goal": pose_of_message(message.goal),
+        "seed": message.seed,
+        "robustness_threshold": message.robustness_threshold,
+        "gravity": triple(message.gravity),
+        "grip_force": message.grip_force or GRIP_FORCE,
+        "goal_limbs": tuple(message.goal_limbs) or None,
+    }
+    return parse_record(RequestEntry, fields)
+
+
+def _guide_node(message: PoseMessage) -> GuideNode:
+    pose = pose_of_message(message)
+    return GuideNode(position=pose.position, orientation=pose.orientation)
 
 
 def _statistics(message: PlanStatistics) -> Statistics:

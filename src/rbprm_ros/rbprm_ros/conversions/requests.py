@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,11 +17,11 @@ from rbprm_core.errors import InvalidInput
 from rbprm_core.guide.root_bounds import derived_bounds
 from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.placement import Placement
-from rbprm_core.plan_record import StateEntry
+from rbprm_core.plan_record import GRIP_FORCE, StateEntry
 from rbprm_core.replanning import root_placement
 from rbprm_core.request import GRAVITY, PlanRequest
 from rbprm_core.robot import Robot, known_robots
-from rbprm_core.validation import MAX_FORCE, coordinates, finite_number, one_of
+from rbprm_core.validation import naming_fields, one_of
 from rbprm_ros.conversions.geometry import (
     placement_of_message,
     pose_message,
@@ -30,7 +29,7 @@ from rbprm_ros.conversions.geometry import (
     triple,
     vector_message,
 )
-from rbprm_ros.conversions.plans import read_gravity, read_grip_force, read_state
+from rbprm_ros.conversions.plans import read_state
 from rbprm_ros.environment.store import Environment, Snapshot
 from rbprm_ros.planning.published import Published
 from rbprm_ros.settings import Settings
@@ -39,6 +38,15 @@ from rbprm_ros.workers.jobs import Job, RobotChoice
 Array = NDArray[np.float64]
 
 UNSET_BOUNDS = BoundsMessage()
+FIELDS = {
+    "start": "start.pose",
+    "goal": "goal.pose",
+    **{f"bounds.{axis}": "bounds.low" for axis in "xyz"},
+    **{f"bounds.{axis}.1": "bounds.high" for axis in "xyz"},
+    **{f"bounds.{axis}.0": "bounds.low" for axis in "xyz"},
+    **{f"gravity.{i}": f"gravity.0.{axis}" for i, axis in enumerate("xyz")},
+}
+"""Fields of Plan and PlanContacts by those of a `PlanRequest`, where they differ."""
 
 
 def job_of_message(
@@ -54,29 +62,32 @@ def job_of_message(
     robot = one_of("robot", message.robot or settings.robot, (*known_robots(), settings.robot))
     choice = RobotChoice(robot, tuple(message.limbs), tuple(message.root_joints))
     limbs = _chosen_limbs(choice)
-    time_limit = finite_number("time_limit", message.time_limit, low=0.0)
-    threshold = finite_number(
-        "robustness_threshold", message.robustness_threshold, low=0.0, high=MAX_FORCE
-    )
-    bounds = None if message.bounds == UNSET_BOUNDS else _bounds(message.bounds)
     snapshot = environment.snapshot
     _require_surfaces(snapshot, environment.rejection)
+    given = message.bounds != UNSET_BOUNDS
     request = PlanRequest(
         start=start,
         goal=goal,
-        bounds=bounds or derived_bounds([start, goal], snapshot.surfaces, settings.bounds),
-        required_limbs=_limbs("required_limbs", message.required_limbs, limbs),
-        start_limbs=_limbs("start_limbs", message.start_limbs, limbs),
-        robustness_threshold=threshold or settings.robustness_threshold,
-        goal_limbs=_goal_limbs(message.goal_limbs, limbs),
+        bounds=(
+            _bounds(message.bounds)
+            if given
+            else derived_bounds([start, goal], snapshot.surfaces, settings.bounds)
+        ),
+        required_limbs=tuple(message.required_limbs) or limbs,
+        start_limbs=tuple(message.start_limbs) or limbs,
+        robustness_threshold=message.robustness_threshold or settings.robustness_threshold,
+        goal_limbs=tuple(message.goal_limbs) or None,
         seed=message.seed,
-        gravity=_gravity(message.gravity),
-        grip_force=read_grip_force("grip_force", message.grip_force),
+        gravity=np.array(triple(message.gravity[0])) if message.gravity else GRAVITY.copy(),
+        grip_force=message.grip_force or GRIP_FORCE,
         options=settings.planner,
+        time_limit=message.time_limit or settings.time_limit,
     )
+    with naming_fields(FIELDS):
+        request = request.validated(limbs)
     return Job(
-        uuid.uuid4().hex, choice, request, time_limit or settings.time_limit, snapshot,
-        bounds_derived=bounds is None, keep_roadmaps=settings.keep_roadmaps,
+        uuid.uuid4().hex, choice, request, message.time_limit or settings.time_limit, snapshot,
+        bounds_derived=not given, keep_roadmaps=settings.keep_roadmaps,
     )  # fmt: skip
 
 
@@ -98,7 +109,6 @@ def replan_job_of_message(
     """
     snapshot = environment.snapshot
     _require_surfaces(snapshot, environment.rejection)
-    time_limit = finite_number("time_limit", message.time_limit, low=0.0)
     limbs = tuple(limb.name for limb in base.job.robot.description().limbs)
     kept, measured = _kept(message, base, default_from, len(limbs))
     request = base.job.request
@@ -107,14 +117,21 @@ def replan_job_of_message(
     if base.job.bounds_derived:
         places = [request.start, goal, root_placement(kept[-1])]
         bounds = derived_bounds(places, snapshot.surfaces, settings.bounds)
-    if message.goal or message.goal_limbs:
-        request = replace(request, goal_limbs=_goal_limbs(message.goal_limbs, limbs))
     request = replace(
-        request, goal=goal, bounds=bounds, seed=message.seed, options=settings.planner
+        request,
+        goal=goal,
+        bounds=bounds,
+        seed=message.seed,
+        options=settings.planner,
+        time_limit=message.time_limit or settings.time_limit,
     )
+    if message.goal or message.goal_limbs:
+        request = replace(request, goal_limbs=tuple(message.goal_limbs) or None)
+    with naming_fields(FIELDS):
+        request = request.validated(limbs)
     return Job(
-        uuid.uuid4().hex, base.job.robot, request, time_limit or settings.time_limit, snapshot,
-        kept, measured=measured, bounds_derived=base.job.bounds_derived,
+        uuid.uuid4().hex, base.job.robot, request, message.time_limit or settings.time_limit,
+        snapshot, kept, measured=measured, bounds_derived=base.job.bounds_derived,
         keep_roadmaps=settings.keep_roadmaps,
     )  # fmt: skip
 
@@ -189,11 +206,6 @@ def _chosen_limbs(choice: RobotChoice) -> tuple[str, ...]:
     return tuple(limb.name for limb in description.limbs)
 
 
-def _gravity(given: Sequence[Vector3]) -> Array:
-    """Gravity (3,) m/s^2, that of level ground where none is given."""
-    return np.array(read_gravity("gravity.0", given[0])) if given else GRAVITY.copy()
-
-
 def _placement(message: PoseStamped, settings: Settings, field: str) -> Placement:
     require_frame(message.header, settings.planning_frame, f"{field}.header")
     return placement_of_message(message.pose, f"{field}.pose")
@@ -205,29 +217,8 @@ def _stamped(placement: Placement, frame: str) -> PoseStamped:
 
 
 def _bounds(message: BoundsMessage) -> RootBounds:
-    low = coordinates("bounds.low", triple(message.low), (3,))
-    high = coordinates("bounds.high", triple(message.high), (3,))
-    if (low > high).any():
-        axis = "xyz"[int(np.argmax(low > high))]
-        reason = f"{axis} is over that of bounds.high = {high.tolist()}"
-        raise InvalidInput("bounds.low", low.tolist(), reason)
-    names = ("yaw", "pitch", "roll")
-    angles = [finite_number(f"bounds.{n}", getattr(message, n), low=0.0) for n in names]
-    return RootBounds(low, high, np.array(angles))
-
-
-def _limbs(field: str, names: Sequence[str], known: tuple[str, ...]) -> tuple[str, ...]:
-    """Names of limbs, each once; all of the robot's where none are given."""
-    for i, name in enumerate(names):
-        one_of(f"{field}.{i}", name, known)
-        if name in names[:i]:
-            raise InvalidInput(f"{field}.{i}", name, "is named twice")
-    return tuple(names) or known
-
-
-def _goal_limbs(names: Sequence[str], known: tuple[str, ...]) -> tuple[str, ...] | None:
-    """Names of limbs, any where none are given."""
-    return _limbs("goal_limbs", names, known) if names else None
+    low, high = (np.array(triple(corner)) for corner in (message.low, message.high))
+    return RootBounds(low, high, np.array([message.yaw, message.pitch, message.roll]))
 
 
 def _require_surfaces(snapshot: Snapshot, rejection: str) -> None:
