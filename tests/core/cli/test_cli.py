@@ -1,7 +1,8 @@
-"""The command line: exit codes, and texts that name the field and its value.
+"""The command line: exit codes, and error texts with the field and its value.
 
-What plans, checks or shows runs in a process of its own. Bad input, of which there is much, goes
-through the same `main` in this process: importing the planner takes longer than refusing a file.
+Commands that plan, check or show a plan run in a process of their own. Invalid input, which has
+many cases, is tested with the same `main` in this process, since importing the planner takes longer
+than refusing a file.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ guides = 1
 guide = {{ rrt = {{ iterations = 30 }} }}
 """
 
-# Between the two grounds, for the left feet only: a guide that asks no more can cross, HyQ cannot.
+# A bridge for the left feet only: a guide with `required_limbs` LEFT crosses it, HyQ cannot.
 BRIDGE = """[[environment.surfaces]]
 id = "bridge"
 vertices = [[1.0, 0.3, 0.0], [5.0, 0.3, 0.0], [5.0, 0.5, 0.0], [1.0, 0.5, 0.0]]"""
@@ -62,7 +63,7 @@ Refuse = Callable[..., str]
 
 
 def scenario(folder: Path, **changes: Any) -> str:
-    """A scenario file of one's own: HyQ a little way over flat ground."""
+    """A user's scenario file: HyQ over 40 cm of flat ground."""
     values = {"robot": "hyq", "edge": 2.0, "start": 0.0, "goal": 0.4, "height": 0.6}
     values |= {"threshold": 5.0, "bridge": "", "more": ""} | changes
     file = folder / "mine.toml"
@@ -76,7 +77,7 @@ def command(*args: str) -> list[str]:
 
 @pytest.fixture
 def run(tmp_path: Path) -> Run:
-    """Run the command line in a process of its own, from an empty folder."""
+    """Runs the command line in a process of its own, in an empty folder."""
     folder = tmp_path / "here"
     folder.mkdir()
 
@@ -92,7 +93,7 @@ def run(tmp_path: Path) -> Run:
 
 @pytest.fixture
 def refuse(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Refuse:
-    """Run `main` in this process; it must end with an exit code, and its errors are returned."""
+    """Runs `main` in this process, checks its exit code and returns its errors."""
 
     def start(*args: str, code: int = BAD) -> str:
         monkeypatch.setattr(sys, "argv", ["rbprm", *args])
@@ -120,7 +121,7 @@ def plan_file(
     return file
 
 
-def test_plan_and_check_ones_own_scenario(run: Run, hyq_data: RobotData, tmp_path: Path) -> None:
+def test_plan_and_check_a_users_scenario(run: Run, hyq_data: RobotData, tmp_path: Path) -> None:
     out = tmp_path / "plan.json"
     done = run("plan", scenario(tmp_path), "--seed", "4", "--out", str(out))
     assert (done.returncode, done.stderr) == (VALID, "")
@@ -138,17 +139,17 @@ def test_plan_and_check_ones_own_scenario(run: Run, hyq_data: RobotData, tmp_pat
         assert figure in checked.stdout
 
 
-def test_the_most_robust_states_are_taken_and_told(
+def test_states_below_the_threshold_are_accepted_and_reported(
     run: Run, hyq_data: RobotData, tmp_path: Path
 ) -> None:
-    """No state of HyQ reaches 300 N: without the flag the start is refused already."""
+    """No state of HyQ reaches 300 N; without the flag the start is refused."""
     file = scenario(tmp_path, threshold=300.0)
     assert run("plan", file).returncode == START
     done = run("plan", file, "--accept-below-threshold")
     assert done.returncode == INVALID
-    told = " ".join(done.stdout.replace("│", " ").split())
-    assert "threshold 300 N" in told
-    assert "states under it, by accept_below_threshold" in told
+    shown = " ".join(done.stdout.replace("│", " ").split())
+    assert "threshold 300 N" in shown
+    assert "states under it, by accept_below_threshold" in shown
 
 
 def test_an_old_name_of_an_option_is_one_line_of_warning(refuse: Refuse) -> None:
@@ -159,7 +160,7 @@ def test_an_old_name_of_an_option_is_one_line_of_warning(refuse: Refuse) -> None
     )
 
 
-def test_ones_own_robot(run: Run, toy_data: RobotData, toy_file: Path, tmp_path: Path) -> None:
+def test_a_users_robot(run: Run, toy_data: RobotData, toy_file: Path, tmp_path: Path) -> None:
     out = tmp_path / "toy.json"
     limits = {"robot": "hyq", "height": 0.42, "threshold": 2.0}
     done = run("plan", scenario(tmp_path, **limits), "--robot", str(toy_file), "--out", str(out))
@@ -243,7 +244,7 @@ def test_every_way_to_fail_has_its_code(
 def refuse_planning(
     hyq_data: RobotData, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> Refuse:
-    """As `refuse`, where planning has begun and progress has been shown."""
+    """Like `refuse`, for errors after planning has begun and progress has been shown."""
 
     def start(*args: str, code: int) -> str:
         monkeypatch.setattr(sys, "argv", ["rbprm", *args])
@@ -280,7 +281,7 @@ def test_the_time_limit_reaches_the_shell(run: Run, hyq_data: RobotData) -> None
 
 
 def test_an_interrupt_ends_it_at_once(hyq_data: RobotData, tmp_path: Path) -> None:
-    """Ctrl-C while the guide is searched for in vain."""
+    """Ctrl-C during a search for a guide that does not exist."""
     file = Path(scenario(tmp_path, goal=5.0))
     file.write_text(file.read_text().replace("iterations = 30", "iterations = 100000000"))
     bars, errors_file = tmp_path / "bars", tmp_path / "errors"

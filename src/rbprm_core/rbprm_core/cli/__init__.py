@@ -1,1 +1,1 @@
-"""The command line."""
+"""The command line `rbprm`: one module for each command."""

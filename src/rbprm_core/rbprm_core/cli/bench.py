@@ -1,4 +1,4 @@
-"""`rbprm bench`."""
+"""The command `rbprm bench`."""
 
 from __future__ import annotations
 
@@ -19,29 +19,31 @@ if TYPE_CHECKING:
     from rbprm_core.bench import Campaign, RunRecord
 
 
-@click.command(short_help="Plan scenarios with many seeds; tables and plots.")
+@click.command(short_help="Plan scenarios with many seeds; write tables and plots.")
 @click.argument("scenarios", nargs=-1)
-@click.option("--seeds", default=50, show_default=True, help="Number of seeds.")
-@click.option("--first-seed", default=0, show_default=True, help="The others follow it.")
-@click.option("--robot", help="A known robot, or a robot file; each scenario's own by default.")
+@click.option("--seeds", default=50, show_default=True, help="Number of consecutive seeds.")
+@click.option("--first-seed", default=0, show_default=True, help="First seed.")
+@click.option("--robot", help="Known robot or robot file; by default each scenario's own.")
 @click.option(
     "--robustness",
     type=float,
     multiple=True,
-    help="Least raw b0 in newtons instead of the scenarios'; may be repeated.",
+    help="Minimum raw b0 in newtons instead of the scenarios' own; may be repeated.",
 )
-@click.option("--time-limit", type=float, help="Seconds a run; each scenario's by default.")
-@click.option("--jobs", default=1, show_default=True, help="Runs at once, one thread each.")
+@click.option("--time-limit", type=float, help="Seconds for each run; by default the scenario's.")
+@click.option(
+    "--jobs", default=1, show_default=True, help="Runs at the same time, each in one thread."
+)
 @click.option(
     "--backend",
     default="loky",
     show_default=True,
-    help="How joblib spreads the runs: loky, dask, or any other that it knows.",
+    help="joblib backend that distributes the runs, such as loky or dask.",
 )
 @click.option("--scheduler", help="Address of the Dask scheduler, for --backend dask.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), default="bench_output",
               show_default=True, help="Folder for JSON, tables and plots.")  # fmt: skip
-@click.option("--resume", is_flag=True, help="Take the runs that the folder holds as done.")
+@click.option("--resume", is_flag=True, help="Keep the runs in the folder; run the missing ones.")
 def bench(
     scenarios: tuple[str, ...],
     seeds: int,
@@ -55,21 +57,22 @@ def bench(
     out: Path,
     resume: bool,
 ) -> None:
-    """Plan SCENARIOS (all known ones by default) with many seeds and check every plan.
+    """Plan SCENARIOS (by default all known ones) with many seeds and check every plan.
 
-    Leaves campaign.json, campaign.md (tables in the shape of the paper's, its figures beside) and
-    plots in a folder. Ctrl-C ends the campaign and keeps the runs that are done.
+    Writes campaign.json, campaign.md (tables as those of Tonneau et al. 2018, with the published
+    figures) and plots into a folder. Ctrl-C ends the campaign and keeps the finished runs.
     """
-    # Imported here: the planner and joblib take a second that other commands need not wait for.
+    # Imported here so that other commands need not wait a second for the planner and joblib.
     from rbprm_core.bench import Campaign, Case, run_campaign, write_campaign
 
     if seeds < 1:
         raise InvalidInput("seeds", seeds, "must be at least 1")
     if scheduler is not None and backend != "dask":
-        raise InvalidInput("scheduler", scheduler, f"means nothing to backend {backend}")
+        raise InvalidInput("scheduler", scheduler, f"is not used by backend {backend}")
     names = scenarios or tuple(known_scenarios())
     cases = [
-        Case(name, robot, least, time_limit) for name, least in product(names, robustness or [None])
+        Case(name, robot, threshold, time_limit)
+        for name, threshold in product(names, robustness or [None])
     ]
     _make(out)
     before = Campaign.read(out / "campaign.json") if resume else None
@@ -95,7 +98,12 @@ def bench(
 
 
 class CampaignBar:
-    """How many runs are done, and how many of them succeeded."""
+    """Progress bar of a campaign with the number of successful runs.
+
+    Args:
+        console: console to show the bar on.
+        total: number of runs.
+    """
 
     def __init__(self, console: Console, total: int) -> None:
         columns = (
@@ -122,12 +130,20 @@ class CampaignBar:
         self._progress.stop()
 
     def robot_data(self, fraction: float) -> None:
-        """Show how much of a robot's data is there."""
+        """Show the progress of computing a robot's data.
+
+        Args:
+            fraction: share done, 0 to 1.
+        """
         note = f"{fraction:.0%}" if fraction < 1 else ""
         self._progress.update(self._task, note=note)
 
     def run(self, record: RunRecord) -> None:
-        """Show one more run."""
+        """Show one more finished run.
+
+        Args:
+            record: record of the run.
+        """
         self._done += 1
         self._successes += record.success
         note = f"{self._successes} of {self._done} succeeded, last: {record.scenario}"
@@ -135,7 +151,7 @@ class CampaignBar:
 
 
 def _make(folder: Path) -> None:
-    """Make the folder before hours of work, not after."""
+    """Make the folder before the runs, so that they are not lost where it cannot be made."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -143,9 +159,13 @@ def _make(folder: Path) -> None:
 
 
 def overview(campaign: Campaign) -> Table:
-    """The figures that matter most, a row a case."""
+    """A table of the main figures of a campaign, one row for each case.
+
+    Args:
+        campaign: the campaign.
+    """
     table = Table(title=f"{len(campaign.records)} of {campaign.requested} runs")
-    for head in ("scenario", "robot", "b0 [N]", "success", "median", "worst", "per transition"):
+    for head in ("scenario", "robot", "b0 [N]", "success", "median", "maximum", "per transition"):
         table.add_column(head, justify="left" if head in ("scenario", "robot") else "right")
     for case in campaign.aggregates:
         total, each = case.total, case.per_transition

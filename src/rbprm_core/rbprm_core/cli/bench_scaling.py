@@ -1,4 +1,4 @@
-"""`rbprm bench-scaling`."""
+"""The command `rbprm bench-scaling`."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from rich.progress import Progress, TaskID
 from rbprm_core.errors import InvalidInput
 
 
-@click.command("bench-scaling", short_help="Measure how planning time grows.")
+@click.command("bench-scaling", short_help="Measure the growth of planning time.")
 @click.argument("what", type=click.Choice(["length", "surfaces"]), nargs=-1)
 @click.option("--seeds", default=3, show_default=True, help="Number of seeds.")
-@click.option("--sizes", help="Comma-separated; 1,2,4,8 times or 10,100,1000,10000 by default.")
+@click.option("--sizes", help="Sizes, comma-separated; by default 1,2,4,8 or 10,100,1000,10000.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), default="bench_output",
               show_default=True, help="Folder for JSON, tables and plots.")  # fmt: skip
 def bench_scaling(what: tuple[str, ...], seeds: int, sizes: str | None, out: Path) -> None:
-    """Measure how planning time grows with WHAT: length, surfaces, or (by default) both.
+    """Measure the growth of planning time with WHAT: length, surfaces, or (by default) both.
 
-    Length: HyQ crosses the rubble repeated 1, 2, 4 and 8 times. Surfaces: it walks round a block
-    with 10 to 10 000 surfaces out of reach to both sides.
+    With length, HyQ crosses the rubble, repeated 1, 2, 4 and 8 times. With surfaces, HyQ walks
+    round a block, with 10 to 10 000 surfaces out of its reach on both sides.
     """
-    # Imported here: the planner takes a second that other commands need not wait for.
+    # Imported here so that other commands need not wait a second for the planner.
     from rbprm_core.bench.scaling import (
         LENGTHS,
         SURFACES,
@@ -57,9 +57,10 @@ def _advance(bar: Progress, task: TaskID) -> Callable[[object], None]:
 
 
 def _sizes(text: str | None) -> tuple[int, ...]:
+    """Sizes of a comma-separated text, none for None."""
     if text is None:
         return ()
     try:
         return tuple(int(word) for word in text.split(","))
     except ValueError as error:
-        raise InvalidInput("sizes", text, "must be whole numbers with commas between") from error
+        raise InvalidInput("sizes", text, "must be integers separated by commas") from error

@@ -1,4 +1,4 @@
-"""`rbprm calibrate`."""
+"""The command `rbprm calibrate`."""
 
 from __future__ import annotations
 
@@ -20,44 +20,51 @@ if TYPE_CHECKING:
     from rbprm_core.calibration import ScaleCounts
 
 
-@click.command(short_help="Measure the reachability condition by the trunk's scale.")
+@click.command(short_help="Measure errors of the reachability condition by trunk scale.")
 @click.argument("robot")
 @click.argument("scenarios", nargs=-1, required=True)
-@click.option("--samples", default=1000, show_default=True, help="Root configurations a scenario.")
-@click.option("--seed", default=0, show_default=True, help="Of everything that is random.")
 @click.option(
-    "--json", "file", type=click.Path(dir_okay=False, path_type=Path), help="File for the counts."
+    "--samples", default=1000, show_default=True, help="Root configurations in each scenario."
+)
+@click.option("--seed", default=0, show_default=True, help="Seed of all random numbers.")
+@click.option(
+    "--json",
+    "file",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="JSON file for the counts.",
 )
 def calibrate(
     robot: str, scenarios: tuple[str, ...], samples: int, seed: int, file: Path | None
 ) -> None:
-    """Measure the reachability condition of ROBOT in SCENARIOS by the scale s of its trunk.
+    """Measure errors of the reachability condition of ROBOT in SCENARIOS for scales s of its trunk.
 
-    As table 1 of the paper: shares of random root configurations at which the condition holds
-    though no contact configuration was found (false positive), and at which it does not though one
-    was (false negative).
+    The table is that of Tonneau et al. 2018, table 1: shares of random root configurations at which
+    the condition holds although no contact configuration was found (false positive), and at which
+    it does not hold although one was found (false negative).
     """
-    # Imported here: the planner takes a second that other commands need not wait for.
+    # Imported here so that other commands need not wait a second for the planner.
     from rbprm_core.calibration import calibrate as count
     from rbprm_core.robot.data import load_robot_data
 
-    for field, value, least in (("samples", samples, 1), ("seed", seed, 0)):
-        if value < least:
-            raise InvalidInput(field, value, f"must be at least {least}")
+    for field, value, minimum in (("samples", samples, 1), ("seed", seed, 0)):
+        if value < minimum:
+            raise InvalidInput(field, value, f"must be at least {minimum}")
     if file is not None and not file.absolute().parent.is_dir():
         raise InvalidInput("json", str(file), "its folder does not exist")
-    texts = [load_scenario(name) for name in scenarios]
-    models = [text.load_robot(robot) for text in texts]
-    requests = [text.request_for(model, seed) for text, model in zip(texts, models, strict=True)]
+    loaded = [load_scenario(name) for name in scenarios]
+    models = [scenario.load_robot(robot) for scenario in loaded]
+    requests = [
+        scenario.request_for(model, seed) for scenario, model in zip(loaded, models, strict=True)
+    ]
     console = Console()
     found: dict[str, list[ScaleCounts]] = {}
     with _bar(console) as bar:
-        for text, model, request in zip(texts, models, requests, strict=True):
-            task = bar.add_task(text.name, total=samples)
-            found[text.name] = count(
+        for scenario, model, request in zip(loaded, models, requests, strict=True):
+            task = bar.add_task(scenario.name, total=samples)
+            found[scenario.name] = count(
                 request,
                 load_robot_data(model),
-                text.scene(),
+                scenario.scene(),
                 samples,
                 seed,
                 report=lambda done, task=task: bar.update(task, completed=done),  # type: ignore[misc]
@@ -82,8 +89,15 @@ def _bar(console: Console) -> Progress:
 
 
 def _table(title: str, rows: Sequence[ScaleCounts], own: float) -> Table:
-    table = Table(title=title, caption=f"the robot's own s is {own:g}")
-    for name in ("value of s", "false positive", "false negative", "holds", "stands"):
+    """A table with one row for each scale; `own` is the scale of the robot's file."""
+    table = Table(title=title, caption=f"s in the robot's file: {own:g}")
+    for name in (
+        "scale s",
+        "false positive",
+        "false negative",
+        "condition holds",
+        "contacts found",
+    ):
         table.add_column(name, justify="right")
     for row in rows:
         shares = (row.false_positive_rate, row.false_negative_rate, row.holds_rate, row.stands_rate)
@@ -92,7 +106,7 @@ def _table(title: str, rows: Sequence[ScaleCounts], own: float) -> Table:
 
 
 def _sums(tables: Iterable[Sequence[ScaleCounts]]) -> list[ScaleCounts]:
-    """The counts of several scenarios, of as many samples each, added up scale by scale."""
+    """Sums over scenarios with equal numbers of samples, one entry for each scale."""
     from rbprm_core.calibration import ScaleCounts
 
     columns = [[dataclasses.astuple(row) for row in rows] for rows in zip(*tables, strict=True)]

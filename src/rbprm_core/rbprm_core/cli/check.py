@@ -1,4 +1,4 @@
-"""`rbprm check`."""
+"""The command `rbprm check`."""
 
 from __future__ import annotations
 
@@ -12,11 +12,14 @@ from rbprm_core.check.report import figures
 from rbprm_core.plan_record import ContactPlan
 
 
-@click.command(short_help="Check a plan file on its own.")
+@click.command(short_help="Check a plan file independently of the planner.")
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--json", "as_json", is_flag=True, help="The whole report as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print the whole report as JSON.")
 def check(file: Path, as_json: bool) -> None:
-    """Check the plan in FILE on its own: one line a violation, and exit code 1 if there is any."""
+    """Check the plan in FILE independently of the planner.
+
+    Prints one line for each violation; the exit code is 1 if there is any.
+    """
     report = check_plan(ContactPlan.read(file))
     if as_json:
         click.echo(json.dumps(report.document(), indent=1))
@@ -26,6 +29,6 @@ def check(file: Path, as_json: bool) -> None:
     if not report.valid:
         click.echo(f"invalid: {len(report.violations)} violations", err=True)
         raise click.exceptions.Exit(1)
-    click.echo(f"valid: {report.states} states, least robustness {report.min_robustness:.2f} N")
+    click.echo(f"valid: {report.states} states, minimum robustness {report.min_robustness:.2f} N")
     for name, text in figures(report).items():
         click.echo(f"{name}: {text}")

@@ -1,4 +1,4 @@
-"""`rbprm`: the commands, and how errors become texts and exit codes."""
+"""The program `rbprm`: its commands, and the texts and exit codes of errors."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ EXIT_INTERRUPTED = 130
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="rbprm_core")
 def cli() -> None:
-    """Plan acyclic multi-contact motion for legged robots.
+    """Plan acyclic multi-contact sequences for legged robots.
 
     \b
-    Exit codes: 0 done, 1 the checked plan is invalid, 2 bad input, 3 start not
+    Exit codes: 0 success, 1 the plan is invalid, 2 invalid input, 3 start not
     reachable, 4 goal not reachable, 5 no guide found, 6 no contact sequence
-    found, 7 time limit reached, 70 a fault of rbprm, 130 interrupted.
+    found, 7 time limit reached, 70 internal error, 130 interrupted.
     """
 
 
@@ -40,7 +40,7 @@ for command in (plan, replan, check, view, bench, bench_scaling, calibrate, scen
 
 
 def main() -> None:
-    """Run a command; every failure that we foresaw is one line and an exit code of its own."""
+    """Run a command; each expected failure prints one line and has its own exit code."""
     with warnings.catch_warnings():
         warnings.showwarning = _show_warning
         _run()
@@ -48,7 +48,7 @@ def main() -> None:
 
 def _run() -> None:
     try:
-        # Out of standalone mode click returns the code of an Exit instead of exiting with it.
+        # Outside its standalone mode click returns the code of an Exit instead of exiting with it.
         sys.exit(cli(standalone_mode=False))
     except click.ClickException as error:
         error.show()
@@ -59,14 +59,14 @@ def _run() -> None:
     except RbprmError as error:
         _complain(str(error))
         sys.exit(EXIT_INTERNAL if error.code is ErrorCode.INTERNAL else int(error.code))
-    except Exception:  # a fault of ours; 1 would say that a plan is invalid
+    except Exception:  # an internal error: Python's exit code 1 would mean an invalid plan
         traceback.print_exc()
-        _complain("this is a fault of rbprm, please report it with the lines above")
+        _complain("internal error of rbprm; please report it with the lines above")
         sys.exit(EXIT_INTERNAL)
 
 
 def _show_warning(message: Warning | str, *_: object, **__: object) -> None:
-    """A warning as one line; the place in the source is of no use to the user of a command."""
+    """Print a warning as one line, without its place in the source."""
     console = Console(stderr=True, soft_wrap=True)
     console.print(f"rbprm: warning: {message}", style="yellow", markup=False)
 

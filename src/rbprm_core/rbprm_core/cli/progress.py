@@ -11,7 +11,11 @@ from rbprm_core.budget import Progress as Stage
 
 
 class StageBars:
-    """One bar a stage, shown as the stages come."""
+    """One progress bar for each stage, added when the stage begins.
+
+    Args:
+        console: console to show the bars on.
+    """
 
     def __init__(self, console: Console) -> None:
         columns = (
@@ -40,16 +44,29 @@ class StageBars:
         self._progress.stop()
 
     def robot_data(self, fraction: float) -> None:
-        """Show how much of the robot data is there."""
+        """Show the progress of computing the robot data.
+
+        Args:
+            fraction: share done, 0 to 1.
+        """
         self._show("robot data", fraction, "")
 
     def planning(self, stage: Stage) -> None:
-        """Show a stage of planning; one that begins completes those before it."""
+        """Show the progress of planning; a new stage completes the bars of earlier ones.
+
+        Args:
+            stage: progress of a stage.
+        """
         note = f"{stage.states} states" if stage.states else ""
         self._show(stage.stage, stage.fraction, note)
 
     def seed(self, seed: int, stage: Stage) -> None:
-        """Show where one of several seeds stands; each has a bar of its own."""
+        """Show the progress of one of several seeds in the seed's own bar.
+
+        Args:
+            seed: the seed.
+            stage: progress of a stage.
+        """
         states = f", {stage.states} states" if stage.states else ""
         name, note = f"seed {seed}", f"{stage.stage}{states}"
         if name not in self._tasks:

@@ -1,4 +1,4 @@
-"""`rbprm replan`."""
+"""The command `rbprm replan`."""
 
 from __future__ import annotations
 
@@ -18,85 +18,89 @@ from rbprm_core.scenario import load_scenario
 from rbprm_core.validation import finite_number
 
 
-@click.command(short_help="Plan, walk, and plan anew as the environment changes.")
+@click.command(short_help="Plan a scenario and replan as its environment is edited.")
 @click.argument("scenario", default="replanning")
-@click.option("--seed", default=0, show_default=True, help="Of the first walk.")
+@click.option("--seed", default=0, show_default=True, help="Seed of the first execution.")
 @click.option(
     "--edits",
     type=click.IntRange(min=1),
-    help="Edits to play, walk after walk with the next seed; those of one walk by default.",
+    help="Number of edits, in executions with consecutive seeds; by default the edits of one.",
 )
-@click.option("--time-limit", type=float, help="Seconds a planning; the scenario's by default.")
+@click.option("--time-limit", type=float, help="Seconds for each plan; by default the scenario's.")
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Plan file to write: what is left to be walked after the last edit.",
+    help="Plan file for the remaining sequence after the last edit.",
 )
 def replan(
     scenario: str, seed: int, edits: int | None, time_limit: float | None, out: Path | None
 ) -> None:
-    """Plan SCENARIO and walk it while its environment is edited as its file says.
+    """Plan SCENARIO and simulate its execution while the edits of its file are applied.
 
-    At each edit: which states do not hold any more, from which one the way is planned anew, how
-    long that takes, and what the check says of what is left to be walked.
+    Prints for each edit the number of invalid states, the state from which the sequence was
+    planned anew, the times, and violations that the check finds in the remaining sequence.
     """
-    text = load_scenario(scenario)
+    loaded = load_scenario(scenario)
     if seed < 0:
         raise InvalidInput("seed", seed, "must not be negative")
     if out is not None and not out.absolute().parent.is_dir():
         raise InvalidInput("out", str(out), "its folder does not exist")
-    model = text.load_robot()
-    limit = text.request_text(model.name).time_limit if time_limit is None else time_limit
+    model = loaded.load_robot()
+    limit = loaded.request_text(model.name).time_limit if time_limit is None else time_limit
     limit = finite_number("time_limit", limit, low=MIN_TIME_LIMIT)
     console = Console(soft_wrap=True)
     with StageBars(console) as bars:
         data = load_robot_data(model, bars.robot_data)
-    played: list[AppliedEdit] = []
+    applied: list[AppliedEdit] = []
     for edit in replanning_benchmark(
-        text, data, seed, len(text.edits) if edits is None else edits, limit
+        loaded, data, seed, len(loaded.edits) if edits is None else edits, limit
     ):
         console.print(_line(edit), markup=False, highlight=False)
         for fault in (edit.failure, *edit.violations):
             if fault:
                 console.print(f"  {fault}", style="red", markup=False)
-        played.append(edit)
-    console.print(summary(played))
+        applied.append(edit)
+    console.print(summary(applied))
     if out is not None:
-        played[-1].plan.write(out)
+        applied[-1].plan.write(out)
         console.print(f"written to {out}")
-    if not all(edit.valid for edit in played):
+    if not all(edit.valid for edit in applied):
         raise click.exceptions.Exit(1)
 
 
 def _line(edit: AppliedEdit) -> str:
-    """One edit in one line."""
+    """A line of text on an edit."""
     head = f"seed {edit.seed}, {edit.name} at state {edit.executed}"
-    took = f"validity {1e3 * edit.validity:.1f} ms"
+    times = f"validity {1e3 * edit.validity:.1f} ms"
     if not edit.invalid:
-        return f"{head}: the plan stands ({took})"
+        return f"{head}: plan kept ({times})"
     first = edit.invalid[0]
-    why = first.reason.name.lower().replace("_", " ")
-    head = f"{head}: {len(edit.invalid)} states invalid, first {first.index} ({why})"
+    reason = first.reason.name.lower().replace("_", " ")
+    head = f"{head}: {len(edit.invalid)} invalid states, first {first.index} ({reason})"
     if edit.failure:
-        return f"{head} ({took})"
+        return f"{head} ({times})"
     return (
-        f"{head}; planned anew from {edit.from_state}, {edit.states} states "
-        f"({took}, replanning {1e3 * edit.replanning:.0f} ms)"
+        f"{head}; planned anew from state {edit.from_state}, {edit.states} states "
+        f"({times}, replanning {1e3 * edit.replanning:.0f} ms)"
     )
 
 
-def summary(played: list[AppliedEdit]) -> Table:
-    """All edits in a few rows."""
-    revised = [1e3 * edit.seconds for edit in played if edit.from_state >= 0]
-    validity = [1e3 * edit.validity for edit in played]
+def summary(applied: list[AppliedEdit]) -> Table:
+    """A table of the numbers and times of all edits.
+
+    Args:
+        applied: the edits.
+    """
+    revised = [1e3 * edit.seconds for edit in applied if edit.from_state >= 0]
+    validity = [1e3 * edit.validity for edit in applied]
     table = Table(title="edits", show_header=False)
-    table.add_row("played", str(len(played)))
-    table.add_row("plan stood", str(sum(not edit.invalid for edit in played)))
+    table.add_row("applied", str(len(applied)))
+    table.add_row("plan kept", str(sum(not edit.invalid for edit in applied)))
     table.add_row("planned anew", str(len(revised)))
-    table.add_row("clean by the check", str(sum(edit.valid for edit in played)))
-    for name, times in (("validity, ms", validity), ("edit to revision, ms", revised)):
+    table.add_row("valid by the check", str(sum(edit.valid for edit in applied)))
+    for name, times in (("validity test [ms]", validity), ("edit to revision [ms]", revised)):
         if times:
-            middle, high = np.percentile(times, [50, 95])
-            text = f"median {middle:.1f}, 95 % {high:.1f}, most {max(times):.1f}"
+            median, high = np.percentile(times, [50, 95])
+            text = f"median {median:.1f}, 95 % {high:.1f}, maximum {max(times):.1f}"
             table.add_row(name, text)
     return table

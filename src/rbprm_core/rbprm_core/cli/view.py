@@ -1,4 +1,4 @@
-"""`rbprm view`."""
+"""The command `rbprm view`."""
 
 from __future__ import annotations
 
@@ -9,13 +9,21 @@ import click
 from rbprm_core.plan_record import ContactPlan
 
 
-@click.command(short_help="Write a page or a picture that shows a plan.")
+@click.command(short_help="Show a plan as an HTML page or a picture.")
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="HTML page to write.")
-@click.option("--picture", type=click.Path(dir_okay=False, path_type=Path), help="PNG to write.")
+@click.option(
+    "--out",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="HTML page to write; by default FILE with the suffix .html.",
+)
+@click.option(
+    "--picture",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="PNG picture to write as well.",
+)
 def view(file: Path, out: Path | None, picture: Path | None) -> None:
-    """Write a self-contained HTML page that shows the plan in FILE in 3-D."""
-    # Imported here: k3d and matplotlib take a second that the other commands need not wait for.
+    """Write a self-contained HTML page with a 3-D view of the plan in FILE."""
+    # Imported here so that other commands need not wait a second for k3d and matplotlib.
     from rbprm_core.view.page import write_page
     from rbprm_core.view.picture import write_picture
 
