@@ -1,24 +1,17 @@
-"""A portfolio: the same request planned with several seeds at once, in processes of their own.
+"""A portfolio: the same request planned with several seeds at once, each in a process of its own.
 
-How long a request takes varies from seed to seed, so the first of several is sooner there than one
-alone. The plan found depends on the seed that won and on nothing else: `plan` with that seed gives
-it again.
-
-A process is started by `subprocess`, not by `multiprocessing`: that one would run the caller's main
-module in the child a second time. Each is in a process group of its own, so that Ctrl-C reaches
-this process alone, which then ends the others; and each ends by itself when this one is gone.
+The planning time varies from seed to seed, so that the first of several plans comes sooner than the
+plan of one seed. The plan depends on the winning seed and on nothing else: `plan` with that seed
+gives it again.
 """
 
 from __future__ import annotations
 
 import contextlib
-import socket
-import subprocess
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from multiprocessing.connection import Connection, wait
 
 from rbprm_core.budget import MIN_TIME_LIMIT, Progress
 from rbprm_core.errors import (
@@ -28,26 +21,36 @@ from rbprm_core.errors import (
     TimeLimitReached,
 )
 from rbprm_core.planner import Outcome
+from rbprm_core.processes import (
+    ChannelClosed,
+    ChildProcess,
+    exit_text,
+    module_command,
+    readable,
+)
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot import RobotDescription
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
 from rbprm_core.validation import finite_number
 
-COMMAND = (sys.executable, "-P", "-m", "rbprm_core.portfolio.process")
+COMMAND = module_command("rbprm_core.portfolio.process")
 MAX_JOBS = 1024
-LOOK_PERIOD = 0.05  # seconds between looks for a cancellation
-GRACE = 2.0  # seconds past the limit, by which a process must have told that it passed
-STOP_TIMEOUT = 0.5  # seconds for an end by SIGTERM
+POLL_PERIOD = 0.05  # seconds between two checks for a cancellation
+GRACE = 2.0  # seconds past its time limit after which a process that has not ended is ended
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What a process is to plan; the robot's data it finds in the cache.
+    """The work of one process, which reads the robot's data from the cache.
 
     Attributes:
-        stride: from a seed that fails before the time is over to the next one.
-        search_path: Python's, so that plug-ins found here are found there.
+        description: the robot.
+        request: what to plan, with the first seed of the process.
+        scene: surfaces and obstacles.
+        time_limit: planning time, seconds.
+        stride: difference between a seed that fails before the time limit and the next seed.
+        search_path: `sys.path` of the parent, so that the child finds the same plug-ins.
     """
 
     description: RobotDescription
@@ -60,7 +63,11 @@ class Task:
 
 @dataclass(frozen=True)
 class Started:
-    """A process has loaded everything and plans with a seed; its time runs since the first."""
+    """A process has loaded its data and begins to plan; its time limit runs from the first seed.
+
+    Attributes:
+        seed: seed that it plans with.
+    """
 
     seed: int
 
@@ -70,12 +77,18 @@ Report = Callable[[int, Progress], None]
 
 
 class ProcessDied(RbprmError):
-    """A process of the portfolio ended without an answer."""
+    """A process of the portfolio ended without an answer.
+
+    Attributes:
+        seed: seed that it planned with.
+        returncode: exit code, -n where signal n killed it.
+    """
 
     def __init__(self, seed: int, returncode: int) -> None:
         self.seed, self.returncode = seed, returncode
-        how = f"killed by signal {-returncode}" if returncode < 0 else f"exit code {returncode}"
-        super().__init__(f"the process that planned with seed {seed} died ({how})")
+        super().__init__(
+            f"the process that planned with seed {seed} died ({exit_text(returncode)})"
+        )
 
 
 def plan_portfolio(
@@ -87,26 +100,29 @@ def plan_portfolio(
     report: Report = lambda seed, progress: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[PlanRequest, Outcome]:
-    """Plan with the request's seed and those after it at once; the first success wins.
+    """Plan with the request's seed and the seeds after it at once; the first success wins.
 
-    Where a seed finds no guide or no sequence before the time is over, its process goes on with
-    another one.
+    Where a seed finds no guide or no sequence before the time limit, its process goes on with
+    another seed.
 
     Args:
-        time_limit: seconds that each process may plan, once it has loaded what it needs.
+        request: what to plan; its seed is the first one.
+        data: the robot's data.
+        scene: surfaces and obstacles.
+        time_limit: seconds that each process may plan, once it has loaded its data.
         jobs: number of processes, and of seeds at once.
-        report: told a seed and where its process stands, a few times a second.
-        cancelled: asked a few times a second; True ends it.
+        report: called with a seed and the progress of its process, a few times a second.
+        cancelled: polled a few times a second; True ends the portfolio.
 
     Returns:
-        The request with the seed that won, and its outcome.
+        The request with the winning seed, and its outcome.
 
     Raises:
-        InvalidInput: jobs or limit out of bounds; what `plan` raises.
-        RootUnreachable, NoGuideFound, NoSequenceFound, TimeLimitReached: where no seed succeeds,
-            the failure of the one that came farthest.
+        InvalidInput: `jobs` or `time_limit` out of range; what `plan` raises.
+        RootUnreachable, NoGuideFound, NoSequenceFound, TimeLimitReached: no seed succeeded; this is
+            the failure of the seed that came farthest.
         ProcessDied: every process died.
-        Cancelled: as asked for.
+        Cancelled: `cancelled` returned True.
     """
     jobs = int(finite_number("jobs", jobs, low=1, high=MAX_JOBS))
     limit = finite_number("time_limit", time_limit, low=MIN_TIME_LIMIT)
@@ -115,24 +131,24 @@ def plan_portfolio(
         processes = []
         for seed in range(request.seed, request.seed + jobs):
             own = replace(request, seed=seed)
-            processes.append(_Process(Task(description, own, scene, limit, jobs, path)))
+            processes.append(_SeedProcess(Task(description, own, scene, limit, jobs, path)))
             stack.callback(processes[-1].end)
-        for process in processes:  # only now: a process listens when it has imported everything
+        for process in processes:  # only now: a process receives when it has imported everything
             process.begin()
         return _first(processes, report, cancelled)
 
 
 def _first(
-    processes: list[_Process], report: Report, cancelled: Callable[[], bool]
+    processes: list[_SeedProcess], report: Report, cancelled: Callable[[], bool]
 ) -> tuple[PlanRequest, Outcome]:
-    """The first success of running processes; else the failure that came farthest."""
+    """The first success of running processes; else the failure that came farthest is raised."""
     failures: list[RbprmError] = []
     while processes:
         if cancelled():
             raise Cancelled("portfolio")
-        ready = wait([process.pipe for process in processes], LOOK_PERIOD)
+        ready = readable([process.channel for process in processes], POLL_PERIOD)
         for process in list(processes):  # by seed: of two that end at once the lower one wins
-            answer = process.answer() if process.pipe in ready else process.overdue()
+            answer = process.answer() if process.channel in ready else process.overdue()
             if isinstance(answer, Progress):
                 report(process.request.seed, answer)
             elif isinstance(answer, Outcome):
@@ -144,7 +160,7 @@ def _first(
 
 
 def how_far(error: RbprmError) -> tuple[float, int]:
-    """How far a failed attempt came: share of a guide followed, then by the stage it ended in."""
+    """How far a failed attempt came: covered share of its guide, then rank of its last stage."""
     if error.states:
         return error.fraction, error.code
     stages = (
@@ -159,50 +175,43 @@ def how_far(error: RbprmError) -> tuple[float, int]:
     return -1.0, stages.index(error.code)
 
 
-class _Process:
-    """A running process, and the pipe to it."""
+class _SeedProcess:
+    """A running process of the portfolio.
+
+    Attributes:
+        task: its work.
+        request: the request with the seed that it plans with now.
+        channel: connection to it.
+    """
 
     def __init__(self, task: Task) -> None:
         self.task, self.request = task, task.request
         self._stage, self._deadline = "robot data", float("inf")
-        ours, theirs = socket.socketpair()
-        with theirs:
-            self._popen = subprocess.Popen(
-                [*COMMAND, str(theirs.fileno())], pass_fds=[theirs.fileno()], process_group=0
-            )
-        self.pipe = Connection(ours.detach())
+        self._process = ChildProcess(COMMAND)
+        self.channel = self._process.channel
+        self.end = self._process.end
 
     def begin(self) -> None:
-        """Hand it its task."""
-        with contextlib.suppress(OSError):  # it died at once, which `answer` then tells
-            self.pipe.send(self.task)
+        """Send the task."""
+        with contextlib.suppress(ChannelClosed):  # it died at once, which `answer` then returns
+            self.channel.send(self.task)
 
     def answer(self) -> Answer:
-        """What it says next; that it died where it says nothing more."""
+        """The next message of the process; `ProcessDied` where it has ended."""
         try:
-            said: Answer = self.pipe.recv()
-        except (EOFError, OSError):
-            return ProcessDied(self.request.seed, self._popen.wait())
-        if isinstance(said, Started):
-            self.request = replace(self.request, seed=said.seed)
+            answer: Answer = self.channel.receive()
+        except ChannelClosed:
+            return ProcessDied(self.request.seed, self._process.wait())
+        if isinstance(answer, Started):
+            self.request = replace(self.request, seed=answer.seed)
             self._deadline = min(self._deadline, time.monotonic() + self.task.time_limit + GRACE)
-        elif isinstance(said, Progress):
-            self._stage = said.stage
-        return said
+        elif isinstance(answer, Progress):
+            self._stage = answer.stage
+        return answer
 
     def overdue(self) -> TimeLimitReached | None:
-        """Ends it where it has not ended by itself though its time is over."""
+        """End a process that runs on after its time limit; None for any other."""
         if time.monotonic() <= self._deadline:
             return None
         self.end()
         return TimeLimitReached(self.task.time_limit, self._stage)
-
-    def end(self) -> None:
-        """End the process and reap it; harmless where it has ended."""
-        self._popen.terminate()
-        try:
-            self._popen.wait(STOP_TIMEOUT)
-        except subprocess.TimeoutExpired:
-            self._popen.kill()
-            self._popen.wait()
-        self.pipe.close()

@@ -1,98 +1,75 @@
-"""A process of a portfolio: plans the one task that comes over its pipe, seed after seed.
+"""A process of a portfolio: plans the one task that it receives, seed after seed.
 
-Started by `plan_portfolio` as `python -m rbprm_core.portfolio.process FILE_DESCRIPTOR`.
+`plan_portfolio` starts it as `python -m rbprm_core.portfolio.process FILE_DESCRIPTOR`.
 """
 
 from __future__ import annotations
 
-import contextlib
-import signal
 import sys
 import time
 import traceback
 from dataclasses import replace
 from itertools import count
-from multiprocessing.connection import Connection
 
 from rbprm_core.budget import Budget, Progress
 from rbprm_core.errors import NoGuideFound, NoSequenceFound, RbprmError
 from rbprm_core.planner import Outcome, plan
-from rbprm_core.portfolio.portfolio import Answer, Started, Task, how_far
+from rbprm_core.portfolio.portfolio import Started, Task, how_far
+from rbprm_core.processes import Channel, ChannelClosed, ReportThrottle, serve_parent
 from rbprm_core.robot import Robot
 from rbprm_core.robot.data import RobotData, load_robot_data
 
-REPORT_PERIOD = 0.1  # seconds; the planner tells its progress much more often than anyone looks
+REPORT_PERIOD = 0.1  # seconds
 
 
-class CallerGone(Exception):
-    """Nobody is at the other end of the pipe any more."""
+class Reporter:
+    """Sends progress to the parent.
+
+    Args:
+        channel: connection to the parent.
+    """
+
+    def __init__(self, channel: Channel) -> None:
+        self._channel, self._throttle = channel, ReportThrottle(REPORT_PERIOD)
+
+    def __call__(self, progress: Progress) -> None:
+        """Send progress, at most once in a period and a stage."""
+        if self._throttle.passes(progress):
+            self._channel.send(progress)
 
 
-class Line:
-    """The pipe: one task comes in, progress and the answer go out."""
-
-    def __init__(self, pipe: Connection) -> None:
-        self._pipe = pipe
-        self._stage, self._next = "", 0.0
-
-    def receive(self) -> Task:
-        """The task."""
-        try:
-            task: Task = self._pipe.recv()
-        except (EOFError, OSError) as error:
-            raise CallerGone from error
-        return task
-
-    def send(self, answer: Answer) -> None:
-        """Say something; the end of the caller is that of this process too."""
-        try:
-            self._pipe.send(answer)
-        except OSError as error:
-            raise CallerGone from error
-
-    def report(self, progress: Progress) -> None:
-        """Tell the progress, at most once in a period and a stage."""
-        now = time.monotonic()
-        if progress.stage != self._stage or now >= self._next:
-            self._stage, self._next = progress.stage, now + REPORT_PERIOD
-            self.send(progress)
+def serve(channel: Channel) -> None:
+    """Plan the task from the channel and send the outcome, or the error that ended it."""
+    channel.send(_answer(channel))
 
 
-def main() -> None:
-    """Plan, and send the outcome or what went wrong."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the caller, who then ends us
-    line = Line(Connection(int(sys.argv[1])))
-    with contextlib.suppress(CallerGone):
-        line.send(_answer(line))
-
-
-def _answer(line: Line) -> Outcome | RbprmError:
-    """Do the task; whatever goes wrong is an answer too."""
-    started = time.monotonic()
+def _answer(channel: Channel) -> Outcome | RbprmError:
+    """The outcome of the task, or the error that ended it."""
+    started, report = time.monotonic(), Reporter(channel)
 
     def loading(fraction: float) -> None:
-        line.report(Progress("robot data", fraction, 0, time.monotonic() - started))
+        report(Progress("robot data", fraction, 0, time.monotonic() - started))
 
     try:
-        task = line.receive()
+        task: Task = channel.receive()
         sys.path[:] = task.search_path
         data = load_robot_data(Robot.load(task.description), loading)
-        return _first(task, data, line)
+        return _first(task, data, channel, report)
     except RbprmError as error:
         return error
-    except CallerGone:
+    except ChannelClosed:
         raise
-    except Exception as error:  # a fault of ours; the others go on
+    except Exception as error:  # a fault of the planner; the other processes go on
         traceback.print_exc()
         return RbprmError(f"a fault of the planner: {type(error).__name__}: {error}")
 
 
-def _first(task: Task, data: RobotData, line: Line) -> Outcome | RbprmError:
+def _first(task: Task, data: RobotData, channel: Channel, report: Reporter) -> Outcome | RbprmError:
     """The first success of the task's seeds in its time; else the failure that came farthest."""
-    budget = Budget(task.time_limit, report=line.report)
+    budget = Budget(task.time_limit, report=report)
     best: list[RbprmError] = []
     for seed in count(task.request.seed, task.stride):
-        line.send(Started(seed))
+        channel.send(Started(seed))
         try:
             return plan(replace(task.request, seed=seed), data, task.scene, budget)
         except (NoGuideFound, NoSequenceFound) as error:
@@ -103,4 +80,4 @@ def _first(task: Task, data: RobotData, line: Line) -> Outcome | RbprmError:
 
 
 if __name__ == "__main__":
-    main()
+    serve_parent(serve)
