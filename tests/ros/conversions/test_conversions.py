@@ -41,7 +41,8 @@ from rbprm_ros.conversions import (
     surfaces_message,
     update_of_message,
 )
-from rbprm_ros.environment.store import Environment, SurfaceUpdate
+from rbprm_ros.environment.store import Environment
+from rbprm_ros.environment.updates import SurfaceUpdate
 from rbprm_ros.failure import Failure, failure_of
 from rbprm_ros.settings import Settings, parse_settings
 from rbprm_ros.workers.jobs import RobotChoice

@@ -21,7 +21,8 @@ from rbprm_core.resources import PATH_VARIABLE
 from rbprm_core.surface_kind import SurfaceKind
 from rbprm_ros.conversions.environments import snapshot_update, update_of_setting
 from rbprm_ros.conversions.surfaces import environment_message, update_of_message
-from rbprm_ros.environment.store import Environment, Snapshot
+from rbprm_ros.environment.snapshot import Snapshot
+from rbprm_ros.environment.store import Environment
 from rbprm_ros.settings import Settings, parse_settings
 
 SETTINGS = Settings()

@@ -25,7 +25,9 @@ from rbprm_ros.conversions.markers import (
     SILHOUETTES,
     markers_message,
 )
-from rbprm_ros.environment.store import Environment, Obstacle, Snapshot, SurfaceUpdate
+from rbprm_ros.environment.snapshot import Obstacle, Snapshot
+from rbprm_ros.environment.store import Environment
+from rbprm_ros.environment.updates import SurfaceUpdate
 from rbprm_ros.settings import Settings
 
 HEADER = Header(frame_id="map")

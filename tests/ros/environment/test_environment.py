@@ -17,7 +17,9 @@ from rbprm_core.plan_record import SurfaceEntry
 from rbprm_core.scene import Classification, make_surface
 from rbprm_core.surface_kind import SurfaceKind
 from rbprm_ros.conversions.surfaces import update_of_message
-from rbprm_ros.environment.store import Environment, Obstacle, SurfaceUpdate
+from rbprm_ros.environment.snapshot import Obstacle
+from rbprm_ros.environment.store import Environment
+from rbprm_ros.environment.updates import SurfaceUpdate
 from rbprm_ros.settings import Settings, parse_settings
 
 MOST = parse_settings({"max_surfaces": 10})

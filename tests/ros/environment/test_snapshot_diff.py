@@ -9,8 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rbprm_core.plan_record import SurfaceEntry
-from rbprm_ros.environment.snapshot_diff import change_between, changed
-from rbprm_ros.environment.store import Environment, Obstacle, Snapshot, SurfaceUpdate
+from rbprm_ros.environment.snapshot import Obstacle, Snapshot
+from rbprm_ros.environment.snapshot_diff import apply_diff, diff_between
+from rbprm_ros.environment.store import Environment
+from rbprm_ros.environment.updates import SurfaceUpdate
 from rbprm_ros.settings import Settings
 
 NAMES = st.sampled_from("abcdef")
@@ -36,12 +38,12 @@ def test_a_change_makes_the_later_of_the_earlier(
 ) -> None:
     environment = Environment()
     old, new = snapshot_of(environment, before), snapshot_of(environment, after)
-    change = change_between(old, new)
-    found = changed(old, change)
+    diff = diff_between(old, new)
+    found = apply_diff(old, diff)
     assert (found.version, found.stamp, found.entry) == (new.version, new.stamp, new.entry)
     assert found.surfaces == new.surfaces
     assert found.obstacles == new.obstacles
-    sent = [item for item in (*change.surfaces, *change.obstacles) if not isinstance(item, int)]
+    sent = [item for item in (*diff.surfaces, *diff.obstacles) if not isinstance(item, int)]
     assert len(sent) == sum(before.get(name) != size for name, size in after.items())
 
 
@@ -51,5 +53,5 @@ def test_a_change_of_one_surface_is_small() -> None:
     entries = tuple(SurfaceEntry(id=f"s{i}", vertices=corners) for i in range(200))
     old = environment.update(SurfaceUpdate(entries), Settings())
     new = environment.update(SurfaceUpdate(is_diff=True, removed=("s7",)), Settings())
-    whole = len(pickle.dumps(change_between(Snapshot(), new)))
-    assert len(pickle.dumps(change_between(old, new))) < whole / 50
+    whole = len(pickle.dumps(diff_between(Snapshot(), new)))
+    assert len(pickle.dumps(diff_between(old, new))) < whole / 50

@@ -12,8 +12,9 @@ from rclpy.executors import SingleThreadedExecutor
 
 from rbprm_core.errors import Cancelled, InvalidInput
 from rbprm_core.plan_record import SurfaceEntry
-from rbprm_ros.environment.store import Environment, MeshUpdate, SurfaceUpdate
-from rbprm_ros.environment.update_queue import SMALL, Intake
+from rbprm_ros.environment.store import Environment
+from rbprm_ros.environment.update_queue import MAX_TRIANGLES_AT_ONCE, UpdateQueue
+from rbprm_ros.environment.updates import MeshUpdate, SurfaceUpdate
 from rbprm_ros.settings import Settings
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ class Given:
     def __init__(self, executor: SingleThreadedExecutor) -> None:
         self.environment, self.executor = Environment(), executor
         self.told: list[int] = []
-        self.intake = Intake(self.environment, Settings, lambda: executor, self._tell)
+        self.queue = UpdateQueue(self.environment, Settings, lambda: executor, self._tell)
 
     @property
     def ids(self) -> set[str]:
@@ -69,45 +70,45 @@ def terrain(name: str, cells: int) -> SurfaceUpdate:
 
 def test_what_is_small_is_there_at_once(given: Given) -> None:
     small = terrain("small", 5)
-    assert len(small.meshes[0].triangles) <= SMALL
-    assert given.intake.take(small).done()
-    assert given.intake.take(surface("after")).done()
+    assert len(small.meshes[0].triangles) <= MAX_TRIANGLES_AT_ONCE
+    assert given.queue.add(small).done()
+    assert given.queue.add(surface("after")).done()
     assert "after" in given.ids
     assert len(given.ids) > 40
     assert given.told == [1, 2]
 
 
 def test_a_large_mesh_holds_up_what_comes_after_it_and_nothing_else(given: Given) -> None:
-    large, after = given.intake.take(terrain("large", 30)), given.intake.take(surface("after"))
+    large, after = given.queue.add(terrain("large", 30)), given.queue.add(surface("after"))
     ticks = []
     timed = given.executor.create_task(lambda: ticks.append(given.environment.version))
     given.spin_until(timed.done)
     assert ticks == [0]  # other callbacks are served meanwhile
     assert not large.done()
-    settled = given.executor.create_task(given.intake.settled())
+    settled = given.executor.create_task(given.queue.settled())
     given.spin_until(settled.done)
     assert large.done()
     assert after.done()
     assert len(given.ids) > 1600
     assert given.told == [1, 2]
-    assert given.intake.take(terrain("large", 30)).done()  # it is known
+    assert given.queue.add(terrain("large", 30)).done()  # it is known
     assert given.told == [1, 2]
 
 
 def test_one_that_is_refused_lets_the_next_pass(given: Given) -> None:
     unknown = SurfaceUpdate(is_diff=True, removed=("nothing",), meshes=terrain("l", 10).meshes)
-    refused, after = given.intake.take(unknown), given.intake.take(surface("after"))
+    refused, after = given.queue.add(unknown), given.queue.add(surface("after"))
     given.spin_until(after.done)
     assert isinstance(refused.exception(), InvalidInput)
     assert given.ids == {"after"}
 
 
 def test_what_was_waiting_when_all_was_forgotten_does_not_come_back(given: Given) -> None:
-    large, after = given.intake.take(terrain("large", 20)), given.intake.take(surface("after"))
-    given.intake.clear()
+    large, after = given.queue.add(terrain("large", 20)), given.queue.add(surface("after"))
+    given.queue.clear()
     for pending in (large, after):
         assert isinstance(pending.exception(), Cancelled)
-    assert given.intake.take(surface("new")).done()
+    assert given.queue.add(surface("new")).done()
     for _ in range(50):  # until the search is over
         given.executor.spin_once(0.02)
     assert given.ids == {"new"}
@@ -121,11 +122,11 @@ def test_a_fault_is_told_and_lets_the_next_pass(
     def fail(*_: object) -> None:
         raise MemoryError("no room")
 
-    for module in ("update_queue", "store"):
-        monkeypatch.setattr(f"rbprm_ros.environment.{module}.search", fail)
+    for module in ("update_queue", "contents"):
+        monkeypatch.setattr(f"rbprm_ros.environment.{module}.search_mesh", fail)
     for cells in (10, 5):
-        failed, after = given.intake.take(terrain("mesh", cells)), given.intake.take(surface("s"))
-        settled = given.executor.create_task(given.intake.settled())
+        failed, after = given.queue.add(terrain("mesh", cells)), given.queue.add(surface("s"))
+        settled = given.executor.create_task(given.queue.settled())
         given.spin_until(settled.done)
         assert isinstance(failed.exception(), MemoryError)
         assert after.done()

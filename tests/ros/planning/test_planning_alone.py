@@ -16,7 +16,8 @@ from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan_record import SurfaceEntry
 from rbprm_core.request import PlanRequest
-from rbprm_ros.environment.store import Environment, SurfaceUpdate
+from rbprm_ros.environment.store import Environment
+from rbprm_ros.environment.updates import SurfaceUpdate
 from rbprm_ros.planning.planning import Planning, ignore
 from rbprm_ros.planning.published import Activity, Published
 from rbprm_ros.settings import Settings

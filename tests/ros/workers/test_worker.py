@@ -20,7 +20,9 @@ from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan_record import ContactPlan, SurfaceEntry
 from rbprm_core.request import PlannerOptions, PlanRequest
-from rbprm_ros.environment.store import Environment, Snapshot, SurfaceUpdate
+from rbprm_ros.environment.snapshot import Snapshot
+from rbprm_ros.environment.store import Environment
+from rbprm_ros.environment.updates import SurfaceUpdate
 from rbprm_ros.failure import PlanningFailed
 from rbprm_ros.settings import Settings
 from rbprm_ros.workers import worker as worker_module
@@ -190,7 +192,7 @@ def test_process_that_hangs_is_replaced(
     try:
         future = worker.submit(search, report)
         report.wait("guide")
-        monkeypatch.setattr(worker_module, "SILENCE", 0.5)  # of the next message on
+        monkeypatch.setattr(worker_module, "MAX_SILENCE", 0.5)  # of the next message on
         os.kill(process_of(worker), signal.SIGSTOP)
         worker.cancel(future)  # to have the next message waited for
         with pytest.raises(WorkerLost, match=r"silent for 0\.5 s"):
@@ -221,7 +223,7 @@ def test_process_that_takes_nothing_holds_nobody_up(walk: Job) -> None:
 def process_of(worker: PlanningWorker) -> int:
     """Id of a worker's process."""
     assert worker._process is not None
-    return worker._process.popen.pid
+    return worker._process.child.pid
 
 
 def test_roadmaps_are_kept_where_a_job_asks_for_it(walk: Job) -> None:

@@ -17,7 +17,7 @@ from rbprm_core.validation import MAX_FRICTION, finite_number
 from rbprm_ros.conversions.geometry import placement_of_message, quadruple, triple
 from rbprm_ros.conversions.meshes import MIN_TRIANGLE, areas, require_triangles
 from rbprm_ros.conversions.surfaces import update_of_message
-from rbprm_ros.environment.store import MeshUpdate, SurfaceUpdate
+from rbprm_ros.environment.updates import MeshUpdate, SurfaceUpdate
 from rbprm_ros.settings import Settings
 
 PACKAGE_URI = re.compile(r"package://([A-Za-z0-9_-]+)/(.+)", flags=re.DOTALL)

@@ -25,7 +25,7 @@ from rbprm_ros.conversions.meshes import (
     points_array,
     require_triangles,
 )
-from rbprm_ros.environment.store import MeshUpdate, SurfaceUpdate
+from rbprm_ros.environment.updates import MeshUpdate, SurfaceUpdate
 from rbprm_ros.settings import Settings
 
 Array = NDArray[np.float64]

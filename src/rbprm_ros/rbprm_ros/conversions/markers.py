@@ -19,7 +19,7 @@ from rbprm_core.scene.triangles import fan_triangles
 from rbprm_core.view.palette import BAD, BODY, GROUND, GUIDE, INK, limb_colors
 from rbprm_core.view.scene import Footprint, configurations, footprints
 from rbprm_ros.conversions.meshes import areas
-from rbprm_ros.environment.store import Snapshot
+from rbprm_ros.environment.snapshot import Snapshot
 
 Array = NDArray[np.float64]
 

@@ -30,7 +30,8 @@ from rbprm_ros.conversions.geometry import (
     vector_message,
 )
 from rbprm_ros.conversions.plans import read_state
-from rbprm_ros.environment.store import Environment, Snapshot
+from rbprm_ros.environment.snapshot import Snapshot
+from rbprm_ros.environment.store import Environment
 from rbprm_ros.planning.published import Published
 from rbprm_ros.settings import Settings
 from rbprm_ros.workers.jobs import Job, RobotChoice

@@ -23,7 +23,8 @@ from rbprm_ros.conversions.geometry import (
     vector_message,
 )
 from rbprm_ros.conversions.meshes import mesh_message, require_triangles, triangles_of_mesh
-from rbprm_ros.environment.store import Obstacle, Snapshot, SurfaceUpdate
+from rbprm_ros.environment.snapshot import Obstacle, Snapshot
+from rbprm_ros.environment.updates import SurfaceUpdate
 from rbprm_ros.settings import Settings
 
 

@@ -1,21 +1,23 @@
-"""A snapshot by what differs from another one: a process that has that is sent no more."""
+"""The difference between two snapshots: a process that holds the earlier one is sent no more."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from rbprm_core.plan_record import EnvironmentEntry
-from rbprm_ros.environment.store import KnownSurface, Obstacle, Snapshot
+from rbprm_ros.environment.snapshot import KnownSurface, Obstacle, Snapshot
 
 
 @dataclass(frozen=True, eq=False)
-class SnapshotChange:
-    """How one snapshot follows from another.
+class SnapshotDiff:
+    """The difference from an earlier snapshot to a later one.
 
     Attributes:
-        version, stamp: of the later one.
-        surfaces, obstacles: in the later one's order, each as its place in the earlier one, or
-            itself where it is new.
+        version: version of the later snapshot.
+        stamp: stamp of the later snapshot, nanoseconds of the ROS clock.
+        surfaces: surfaces of the later snapshot, in its order, each as its index in the earlier one
+            or, where it is new, as itself.
+        obstacles: obstacles, likewise.
     """
 
     version: int
@@ -24,12 +26,12 @@ class SnapshotChange:
     obstacles: tuple[int | Obstacle, ...]
 
 
-def change_between(before: Snapshot, after: Snapshot) -> SnapshotChange:
-    """What is to be done to a snapshot to get another; what is the same object stays."""
+def diff_between(before: Snapshot, after: Snapshot) -> SnapshotDiff:
+    """The difference between two snapshots; surfaces that are the same object are not new."""
     surfaces = {id(surface): i for i, surface in enumerate(before.surfaces)}
     obstacles = {id(obstacle): i for i, obstacle in enumerate(before.obstacles)}
     known = zip(after.entry.surfaces, after.surfaces, strict=True)
-    return SnapshotChange(
+    return SnapshotDiff(
         after.version,
         after.stamp,
         tuple(surfaces.get(id(surface), (entry, surface)) for entry, surface in known),
@@ -37,16 +39,14 @@ def change_between(before: Snapshot, after: Snapshot) -> SnapshotChange:
     )
 
 
-def changed(before: Snapshot, change: SnapshotChange) -> Snapshot:
-    """The snapshot that a change makes of another."""
+def apply_diff(before: Snapshot, diff: SnapshotDiff) -> Snapshot:
+    """The later snapshot, from the earlier one and the difference between them."""
     known = list(zip(before.entry.surfaces, before.surfaces, strict=True))
-    surfaces = [known[item] if isinstance(item, int) else item for item in change.surfaces]
+    surfaces = [known[item] if isinstance(item, int) else item for item in diff.surfaces]
     return Snapshot(
-        change.version,
-        change.stamp,
+        diff.version,
+        diff.stamp,
         EnvironmentEntry(surfaces=tuple(entry for entry, _ in surfaces)),
         tuple(surface for _, surface in surfaces),
-        tuple(
-            before.obstacles[item] if isinstance(item, int) else item for item in change.obstacles
-        ),
+        tuple(before.obstacles[item] if isinstance(item, int) else item for item in diff.obstacles),
     )

@@ -1,4 +1,4 @@
-"""Updates of the environment, taken in one after the other; large meshes are searched beside."""
+"""Updates of the environment in their order; large meshes are searched in a thread."""
 
 from __future__ import annotations
 
@@ -12,28 +12,25 @@ from rclpy.task import Future
 
 from rbprm_core.errors import Cancelled
 from rbprm_core.scene import Classification
-from rbprm_ros.environment.store import (
-    Environment,
-    FoundSurfaces,
-    Limits,
-    MeshUpdate,
-    SurfaceUpdate,
-    search,
-)
+from rbprm_ros.environment.mesh_search import FoundSurfaces, search_mesh
+from rbprm_ros.environment.store import Environment
+from rbprm_ros.environment.updates import Limits, MeshUpdate, SurfaceUpdate
 from rbprm_ros.rclpy_utils.awaiting import outcome_of
 
-SMALL = 100
-"""Triangles that are searched at once, in at most 30 ms: most markers are boxes and the like. More
-of them would keep the executor's thread from cancels, answers and statuses."""
+MAX_TRIANGLES_AT_ONCE = 100
+"""Triangles of an update that are searched in the executor's thread, in at most 30 ms: most markers
+are boxes and the like. More would delay cancellations, answers and statuses."""
 
 
-class Intake:
-    """Takes updates in, in their order.
+class UpdateQueue:
+    """Accepts updates one after the other.
 
-    Everything runs in the executor's thread but the search of meshes, which has one of its own.
+    Everything but the search of large meshes runs in the executor's thread.
 
     Args:
-        limits: gives those of now. executor: gives the one that runs the callbacks.
+        environment: the environment to update.
+        limits: returns the current limits.
+        executor: returns the executor that runs the callbacks.
         on_change: called after an update that changed something.
     """
 
@@ -47,23 +44,23 @@ class Intake:
         self._environment, self._limits, self._executor = environment, limits, executor
         self._on_change = on_change
         self._waiting: deque[tuple[SurfaceUpdate, Future]] = deque()
-        self._searching: Future | None = None  # of the update whose meshes are searched
+        self._searching: Future | None = None  # of the update whose meshes are being searched
         self._newest: Future | None = None
 
-    def take(self, update: SurfaceUpdate) -> Future:
-        """Take an update in after those before it.
+    def add(self, update: SurfaceUpdate) -> Future:
+        """Add an update behind those that wait.
 
         Returns:
-            Done when it is in. It raises `InvalidInput`, which names the field, where the update is
-            refused, and `Cancelled` where everything was forgotten before its turn.
+            A future that is done when the update is accepted. It raises `InvalidInput`, which names
+            the field, where the update is refused, and `Cancelled` where `clear` came first.
         """
         self._newest = Future()
         self._waiting.append((update, self._newest))
-        self._go_on()
+        self._proceed()
         return self._newest
 
     async def settled(self) -> None:
-        """Wait until all that was given has been taken in or refused."""
+        """Wait until all updates added so far are accepted or refused."""
         newest = self._newest
         if newest is not None and not newest.done():
             done: Future = Future()
@@ -71,7 +68,7 @@ class Intake:
             await done
 
     def clear(self) -> None:
-        """Forget the environment, and what waits to be taken in."""
+        """Remove everything from the environment, and all updates from the queue."""
         self._environment.clear()
         pending = [done for _, done in self._waiting]
         if self._searching is not None:
@@ -81,12 +78,12 @@ class Intake:
         for done in pending:
             done.set_exception(Cancelled("waiting"))
 
-    def _go_on(self) -> None:
-        """Take in what waits, up to what has to be searched first."""
+    def _proceed(self) -> None:
+        """Apply the waiting updates, up to the first with meshes to be searched in a thread."""
         while self._waiting and self._searching is None:
             update, done = self._waiting.popleft()
             meshes = self._environment.unsearched(update)
-            if sum(len(mesh.triangles) for mesh in meshes) <= SMALL:
+            if sum(len(mesh.triangles) for mesh in meshes) <= MAX_TRIANGLES_AT_ONCE:
                 self._apply(update, (), done)
             else:
                 self._searching = done
@@ -97,17 +94,19 @@ class Intake:
     ) -> None:
         found: tuple[FoundSurfaces, ...] | Exception
         try:
-            found = await outcome_of(_searched(meshes, update.classification), self._executor())
+            found = await outcome_of(
+                _search_in_thread(meshes, update.classification), self._executor()
+            )
         except Exception as error:
             found = error
-        if self._searching is not done:  # it was forgotten
+        if self._searching is not done:  # the queue was cleared
             return
         self._searching = None
         if isinstance(found, Exception):
             self._refuse(done, found)
         else:
             self._apply(update, found, done)
-        self._go_on()
+        self._proceed()
 
     def _apply(self, update: SurfaceUpdate, found: tuple[FoundSurfaces, ...], done: Future) -> None:
         before = self._environment.version
@@ -119,23 +118,23 @@ class Intake:
         if self._environment.version != before:
             self._on_change()
         done.set_result(None)
-        self._executor().wake()  # who awaits it goes on when the executor looks, not by itself
+        self._executor().wake()  # coroutines that await the future go on when the executor wakes
 
     def _refuse(self, done: Future, error: Exception) -> None:
-        """Tell why an update is not taken in, faults included: or calls would wait for ever."""
+        """Fail an update, with unforeseen errors too: calls would wait for it forever."""
         done.set_exception(error)
         self._executor().wake()
 
 
-def _searched(
+def _search_in_thread(
     meshes: tuple[MeshUpdate, ...], rule: Classification
 ) -> WorkFuture[tuple[FoundSurfaces, ...]]:
-    """What is found in meshes, by a thread that does not outlive the process."""
+    """Search meshes in a daemon thread, which does not outlive the process."""
     work: WorkFuture[tuple[FoundSurfaces, ...]] = WorkFuture()
 
     def run() -> None:
         try:
-            work.set_result(tuple(search(mesh, rule) for mesh in meshes))
+            work.set_result(tuple(search_mesh(mesh, rule) for mesh in meshes))
         except Exception as error:
             work.set_exception(error)
 

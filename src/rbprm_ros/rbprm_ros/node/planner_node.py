@@ -38,8 +38,9 @@ from rbprm_ros.conversions import (
     update_of_message,
     update_of_setting,
 )
-from rbprm_ros.environment.store import Environment, SurfaceUpdate
-from rbprm_ros.environment.update_queue import Intake
+from rbprm_ros.environment.store import Environment
+from rbprm_ros.environment.update_queue import UpdateQueue
+from rbprm_ros.environment.updates import SurfaceUpdate
 from rbprm_ros.failure import NodeCode, NodeError
 from rbprm_ros.node.parameters import Parameters
 from rbprm_ros.node.plan_action import PlanAction
@@ -74,7 +75,9 @@ class PlannerNode(LifecycleNode):
         super().__init__("rbprm_planner")
         self._declared = Parameters(self)
         self._environment = Environment()
-        self._intake = Intake(self._environment, self._settings, self._spinning, self._on_change)
+        self._updates = UpdateQueue(
+            self._environment, self._settings, self._spinning, self._on_change
+        )
         self._planning: Planning | None = None
         self._active = False
         self._calls: Counter[str] = Counter()  # not answered yet, by name of the service
@@ -161,7 +164,7 @@ class PlannerNode(LifecycleNode):
         if self._planning is not None:
             self._planning.close()
             self._planning = None
-        self._intake.clear()
+        self._updates.clear()
         self._dirty = True
         self._outbox.nothing()
         self._outbox.status(Standing(), None)
@@ -210,7 +213,7 @@ class PlannerNode(LifecycleNode):
         """Take in what was published before the call that is to be served."""
         for topic in self._inputs:
             await topic.settled()
-        await self._intake.settled()
+        await self._updates.settled()
 
     async def _job_of_goal(self, message: PlanContacts.Goal) -> Job:
         await self._take_all()
@@ -286,7 +289,7 @@ class PlannerNode(LifecycleNode):
         except InvalidInput as error:
             refuse(error)
         else:
-            self._intake.take(update).add_done_callback(lambda done: refuse(done.exception()))
+            self._updates.add(update).add_done_callback(lambda done: refuse(done.exception()))
 
     def _on_change(self) -> None:
         """The environment is another one."""
@@ -365,7 +368,7 @@ class PlannerNode(LifecycleNode):
     ) -> None:
         update = update_of_setting(message, self._settings())
         try:
-            await self._intake.take(update)
+            await self._updates.add(update)
         except InvalidInput as error:
             field = "mesh" if message.mesh else f"environment.{error.field}"
             raise InvalidInput(field, error.value, error.reason) from error

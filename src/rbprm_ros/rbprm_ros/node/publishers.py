@@ -30,7 +30,8 @@ from rbprm_ros.conversions import (
     time_message,
 )
 from rbprm_ros.conversions.diagnostics import Health
-from rbprm_ros.environment.store import Environment, Snapshot
+from rbprm_ros.environment.snapshot import Snapshot
+from rbprm_ros.environment.store import Environment
 from rbprm_ros.failure import failure_of
 from rbprm_ros.planning.planning import Planning
 from rbprm_ros.planning.published import Published, Standing

@@ -30,7 +30,8 @@ from rbprm_core.replanning import (
     decide,
     root_placement,
 )
-from rbprm_ros.environment.store import Environment, Snapshot
+from rbprm_ros.environment.snapshot import Snapshot
+from rbprm_ros.environment.store import Environment
 from rbprm_ros.failure import SUCCEEDED, Failure, NodeCode, NodeError, failure_of
 from rbprm_ros.planning.published import Activity, Published, Standing
 from rbprm_ros.rclpy_utils.awaiting import outcome_of

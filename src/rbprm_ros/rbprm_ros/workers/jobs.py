@@ -1,4 +1,4 @@
-"""What the node and its planning processes say to each other: plain data over a pipe."""
+"""Messages between the node and its worker processes: plain data."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rbprm_core.budget import Progress
 from rbprm_core.plan_record import ContactPlan, StateEntry
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot import RobotDescription, load_description
-from rbprm_ros.environment.store import Snapshot
+from rbprm_ros.environment.snapshot import Snapshot
 from rbprm_ros.failure import Failure
 
 if TYPE_CHECKING:
@@ -18,11 +18,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RobotChoice:
-    """A robot with the limbs that may make contact and the joints planned with the root.
+    """A robot, the limbs that may make contact and the joints planned with the root.
 
     Attributes:
         name: known name, or path of a robot file.
-        limbs, root_joints: names; empty for the robot's own choice.
+        limbs: names of the limbs; empty for the choice of the robot's description.
+        root_joints: names of the joints; empty for the choice of the robot's description.
     """
 
     name: str
@@ -30,11 +31,11 @@ class RobotChoice:
     root_joints: tuple[str, ...] = ()
 
     def description(self) -> RobotDescription:
-        """What the robot's file says, with what was chosen.
+        """The robot's description with the chosen limbs and joints.
 
         Raises:
             InvalidInput: a file that cannot be used, or a limb that the robot does not have. Names
-                of joints are looked at when the robot is loaded.
+                of joints are validated when the robot is loaded.
         """
         chosen = load_description(self.name)
         return chosen.using(self.limbs or None, self.root_joints or None)
@@ -42,7 +43,12 @@ class RobotChoice:
 
 @dataclass(frozen=True)
 class Preparation:
-    """Node to process: have the data of a robot at hand."""
+    """Node to worker: load the data of a robot.
+
+    Attributes:
+        id: identifier of the work.
+        robot: the robot.
+    """
 
     id: str
     robot: RobotChoice
@@ -50,17 +56,22 @@ class Preparation:
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """Node to process: plan.
+    """Node to worker: plan.
 
     Attributes:
-        id: of this piece of work.
-        time_limit: seconds, from when the robot's data are there.
-        snapshot: surfaces to plan on; None on the way to the process, which is sent changes.
-        kept: states of the plan that may stay. Empty: from the beginning.
-        candidates: indices of those to go on from, the best first; empty for the last alone.
-        measured: whether `kept` is one state as measured, which may be a little off its contacts.
-        bounds_derived: whether the request left its bounds open.
-        shown: whether the states are reported while they grow, which takes a tenth of the time.
+        id: identifier of the work.
+        robot: the robot.
+        request: what to plan.
+        time_limit: planning time, seconds, from when the robot's data are loaded.
+        snapshot: surfaces and obstacles; None on the way to the worker, which gets a
+            `SnapshotDiff`.
+        kept: states of an earlier plan that may stay; empty for a new plan.
+        candidates: indices of the states in `kept` from which to replan, the best first; empty for
+            the last one alone.
+        measured: whether `kept` is one measured state, which may be a little off its contacts.
+        bounds_derived: whether the caller left the bounds of the root to the node.
+        shown: whether the states are reported while the sequence grows, which takes a tenth of the
+            planning time.
         keep_roadmaps: whether roadmaps of the guide planner are kept from one job to the next.
     """
 
@@ -79,23 +90,26 @@ class Job:
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """Node to process: tell which states do not hold.
+    """Node to worker: find the states of a sequence that are invalid.
 
     Attributes:
-        id: of this piece of work.
-        key: of the states; the process that got them before knows them by it.
-        states: of the sequence; None where the process holds them already.
-        threshold: least robustness, newtons. gravity: m/s^2.
-        grip_force: what robustness without gravity is measured by, newtons.
-        first: index of the first to look at.
-        snapshot: surfaces of today; None on the way to the process, which is sent changes.
+        id: identifier of the work.
+        robot: the robot.
+        key: identifier of the states, under which the worker keeps the newest ones.
+        states: the sequence; None where the worker holds it already.
+        min_robustness: smallest valid robustness b0, newtons.
+        gravity: (3,) m/s^2, planning frame.
+        grip_force: sum of the contact forces that b0 without gravity refers to, newtons.
+        first: index of the first state to validate.
+        snapshot: surfaces and obstacles; None on the way to the worker, which gets a
+            `SnapshotDiff`.
     """
 
     id: str
     robot: RobotChoice
     key: str
     states: tuple[StateEntry, ...] | None
-    threshold: float
+    min_robustness: float
     gravity: tuple[float, float, float]
     grip_force: float
     first: int
@@ -104,14 +118,23 @@ class Validation:
 
 @dataclass(frozen=True)
 class Cancellation:
-    """Node to process: stop a piece of work. One that has ended is not touched."""
+    """Node to worker: stop some work; without effect where the work has ended.
+
+    Attributes:
+        id: identifier of the work.
+    """
 
     id: str
 
 
 @dataclass(frozen=True)
 class Done:
-    """Process to node: what the work gave; None of a preparation."""
+    """Worker to node: the work succeeded.
+
+    Attributes:
+        id: identifier of the work.
+        result: a plan, the invalid states, or None for a preparation.
+    """
 
     id: str
     result: ContactPlan | tuple[InvalidState, ...] | None
@@ -119,10 +142,12 @@ class Done:
 
 @dataclass(frozen=True)
 class Failed:
-    """Process to node: the work failed, the process goes on.
+    """Worker to node: the work failed; the worker goes on.
 
     Attributes:
-        partial: the states up to where it ended, as a plan; None where there are none.
+        id: identifier of the work.
+        failure: why.
+        partial: plan of the states found until then; None where there are none.
     """
 
     id: str
@@ -132,10 +157,12 @@ class Failed:
 
 @dataclass(frozen=True)
 class Reported:
-    """Process to node: where the work stands.
+    """Worker to node: progress of the work.
 
     Attributes:
-        states: of the sequence so far, None where they are the same as last time.
+        id: identifier of the work.
+        progress: stage, share of it that is done, and elapsed time.
+        states: states of the sequence so far; None where they are those of the last report.
     """
 
     id: str
