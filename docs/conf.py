@@ -10,12 +10,13 @@ ROOT = DOCS.parent
 sys.path[:0] = [str(DOCS / "_extensions"), str(ROOT / "src" / "rbprm_core")]
 
 project = "rbprm"
-author = "the authors of rbprm"
+author = "rbprm contributors"
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "api_pages",
+    "interface_files",
     "markdown_docstrings",
     "mathml",
 ]
