@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from rbprm_core.budget import Budget
-from rbprm_core.check import CheckReport, check_plan
-from rbprm_core.check.report import Kind
+from rbprm_core.check import CheckReport, Kind, check_plan
 from rbprm_core.errors import InvalidInput
 from rbprm_core.plan_conversion.states_to_plan import contact_plan
 from rbprm_core.plan_record import ContactPlan, StateEntry

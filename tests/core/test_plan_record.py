@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from rbprm_core.check import check_plan, transitions
+from rbprm_core.check import check_plan, count_transitions
 from rbprm_core.errors import InvalidInput
 from rbprm_core.plan_conversion.states_to_plan import robot_entry
 from rbprm_core.plan_record import FORMAT, ContactPlan
@@ -108,11 +108,11 @@ def test_the_file_says_what_the_planner_found(
 
 def test_transitions_are_counted(plan: ContactPlan) -> None:
     still = plan.model_copy(update={"states": (plan.states[0],) * 5})
-    assert transitions(still) == 0
+    assert count_transitions(still) == 0
     lifted = plan.states[0].model_copy(update={"contacts": plan.states[0].contacts[1:]})
     up_and_down = plan.model_copy(update={"states": (plan.states[0], lifted, plan.states[0])})
-    assert transitions(up_and_down) == 2
-    assert 0 < transitions(plan) < len(plan.states)
+    assert count_transitions(up_and_down) == 2
+    assert 0 < count_transitions(plan) < len(plan.states)
 
 
 def test_extra_keys_are_kept(document: Document, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Depth of single bodies against closed forms: in solids, through sheets, nested."""
+"""Depth of single links against closed forms: in solids, through sheets, nested."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ POLYGON = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
 def lump(
     tmp_path: Path, shape: str, position: tuple[float, float, float], environment: dict[str, Any]
 ) -> CheckReport:
-    """Report on a body without joints at a position; without contacts, so never in balance."""
+    """Report of a plan with one link at a position, which has no contacts and so no balance."""
     urdf = tmp_path / "lump.urdf"
     urdf.write_text(ROBOT.format(shape))
     pose = {"position": position, "orientation": [0, 0, 0, 1]}
@@ -88,14 +88,14 @@ def test_depth_in_a_finely_triangulated_floor(tmp_path: Path) -> None:
         assert report.deepest_collision == pytest.approx(depth, abs=1e-4)
 
 
-def test_a_nearly_drowned_ball_is_as_deep_as_the_way_out(tmp_path: Path) -> None:
+def test_the_depth_of_a_nearly_enclosed_ball_is_the_shortest_way_out(tmp_path: Path) -> None:
     shape, radius = SHAPES["sphere"]
     report = lump(tmp_path, shape, (0.3, 0.2, 0.001 - radius), {"meshes": [{"file": GROUND}]})
     assert report.deepest_collision == pytest.approx(2 * radius - 0.001, abs=1e-5)
 
 
 @pytest.mark.parametrize("as_mesh", [False, True])
-def test_a_body_wholly_inside_a_solid_is_seen(tmp_path: Path, as_mesh: bool) -> None:
+def test_a_link_inside_a_solid_is_found(tmp_path: Path, as_mesh: bool) -> None:
     cube = trimesh.creation.box((0.1, 0.1, 0.1))
     shape = mesh_shape(tmp_path, cube) if as_mesh else '<box size="0.1 0.1 0.1"/>'
     environment = {"meshes": [{"file": GROUND}]}
@@ -106,7 +106,7 @@ def test_a_body_wholly_inside_a_solid_is_seen(tmp_path: Path, as_mesh: bool) -> 
     assert not collides(lump(tmp_path, shape, (0.3, 0.2, -0.7), environment))
 
 
-def test_a_solid_wholly_inside_a_body_is_seen(tmp_path: Path) -> None:
+def test_a_solid_inside_a_link_is_found(tmp_path: Path) -> None:
     pebble = mesh(tmp_path, "pebble", trimesh.creation.icosphere(subdivisions=1, radius=0.02))
     shape = mesh_shape(tmp_path, trimesh.creation.box((0.3, 0.3, 0.3)))
     environment = {"meshes": [{"file": pebble}]}

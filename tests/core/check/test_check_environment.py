@@ -1,4 +1,4 @@
-"""Triangles of the environment: polygons, distances, inside and outside."""
+"""Triangles of the environment: polygons, distances, points inside and outside."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 from shapely.geometry import Point as ShapelyPoint
 from shapely.geometry import Polygon
 
-from rbprm_core.check.environment import Environment, by_corner, vertex_bodies, winding_number
+from rbprm_core.check.plan_environment import Environment
+from rbprm_core.check.triangle_geometry import by_corner, component_labels, winding_number
 from rbprm_core.errors import InvalidInput
 from rbprm_core.plan_record import EnvironmentEntry, SurfaceEntry
 
@@ -23,7 +24,7 @@ angles = st.tuples(*[st.floats(-3, 3)] * 3)
 
 
 def u_shape(turn: Rotation) -> Environment:
-    """A U with a hole, turned and shifted by (1, 2, 3)."""
+    """A U-shaped polygon with a hole, rotated and shifted by (1, 2, 3)."""
 
     def ring(points: list[tuple[float, float]]) -> list[list[float]]:
         return (turn.apply([(x, y, 0) for x, y in points]) + SHIFT).tolist()
@@ -64,16 +65,16 @@ def test_winding_number_tells_inside(vector: tuple[float, float, float]) -> None
     radius = np.linalg.norm(vector)
     inner = -trimesh.proximity.signed_distance(ball, [vector])[0] if radius < 1.001 else 1.0
     if abs(inner) < 1e-6:
-        return  # on the surface the number is a half
+        return  # on the surface the winding number is 0.5
     number = winding_number(by_corner(np.array(ball.triangles)), np.array(vector))
     assert number == pytest.approx(1.0 if inner < 0 else 0.0, abs=1e-9)
 
 
-def test_pieces_are_told_apart() -> None:
+def test_pieces_have_different_labels() -> None:
     first = trimesh.creation.box((1, 1, 1))
     second = first.copy()
     second.apply_translation([3, 0, 0])
-    label = vertex_bodies(np.concatenate((first.triangles, second.triangles)))
+    label = component_labels(np.concatenate((first.triangles, second.triangles)))
     assert len(set(label[:12])) == len(set(label[12:])) == 1
     assert label[0] != label[12]
 
@@ -87,7 +88,7 @@ def test_pieces_are_told_apart() -> None:
         ([[0, 0, 0], [2, 0, 0], [2, 1, 0], [1, -1, 0], [0, 2, 0]], "crosses"),
     ],
 )
-def test_what_is_no_polygon_is_refused(vertices: list[list[float]], reason: str) -> None:
+def test_an_invalid_polygon_is_refused(vertices: list[list[float]], reason: str) -> None:
     surface = SurfaceEntry.model_validate({"id": "s", "vertices": vertices})
     with pytest.raises(InvalidInput, match=reason) as caught:
         Environment(EnvironmentEntry(surfaces=(surface,)))

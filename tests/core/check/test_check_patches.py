@@ -1,4 +1,4 @@
-"""Patches that overhang: over gaps, holes and notches that no corner of the patch tells of."""
+"""Patches that overhang gaps, holes and notches between their corners."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from shapely.geometry import Polygon
 
 from rbprm_core.check import Kind
-from rbprm_core.check.environment import Environment, contact_on_environment
+from rbprm_core.check.contact_placement import placement_violations
 from rbprm_core.check.patches import Patches
+from rbprm_core.check.plan_environment import Environment
 from rbprm_core.plan_record import ContactEntry, EnvironmentEntry, SurfaceEntry
 
 HALF = np.array([0.1, 0.065])
@@ -22,7 +23,7 @@ def rectangle(x: tuple[float, float], y: tuple[float, float]) -> Ring:
 
 
 def ground(*rings: Ring, holes: tuple[Ring, ...] = (), heights: tuple[float, ...] = ()) -> Patches:
-    """Level surfaces, the holes in the first of them."""
+    """Patch measurement on level surfaces, the first of them with holes."""
     entries = []
     for k, ring in enumerate(rings):
         z = heights[k] if heights else 0.0
@@ -33,7 +34,7 @@ def ground(*rings: Ring, holes: tuple[Ring, ...] = (), heights: tuple[float, ...
 
 
 def sole(x: float = 0.0, y: float = 0.0, z: float = 0.0, yaw: float = 0.0) -> ContactEntry:
-    """A patch of a sole's size."""
+    """A planar contact as large as a sole."""
     turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
     corners = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * HALF @ turn.T + [x, y]
     return ContactEntry(
@@ -64,13 +65,13 @@ def test_a_patch_that_lies_does_not_overhang() -> None:
 
 
 def test_a_patch_over_a_gap_of_two_surfaces() -> None:
-    """2 cm of nothing under the middle of the sole, less 3 mm of bound on either side."""
+    """A gap of 2 cm under the middle of the sole, less the bound of 3 mm on either side."""
     patches = ground(LEFT, RIGHT)
     assert kinds(patches, sole(x=0.01)) == [Kind.OVERHANG]
     assert patches.unsupported == pytest.approx(0.014 / 0.2, abs=0.01)
     assert patches.overhanging == 1
-    assert list(contact_on_environment(patches._environment, sole(x=0.01), 0)) == []
-    assert kinds(ground(LEFT, rectangle((0.005, 2), (-2, 2))), sole()) == []  # a mere crack
+    assert list(placement_violations(patches._environment, sole(x=0.01), 0)) == []
+    assert kinds(ground(LEFT, rectangle((0.005, 2), (-2, 2))), sole()) == []  # too narrow
 
 
 def test_a_patch_over_a_hole_and_over_a_notch() -> None:
@@ -93,18 +94,18 @@ def test_a_step_under_the_sole() -> None:
     assert patches.unsupported == pytest.approx(0.5, abs=0.05)
 
 
-def test_corners_off_are_counted_but_said_once() -> None:
-    """A corner off the environment is a violation of its own."""
+def test_corners_off_are_counted_but_reported_once() -> None:
+    """A corner off the environment is a violation of another kind."""
     patches = ground(WIDE)
     contact = sole(x=1.95)
     assert kinds(patches, contact) == []
-    found = list(contact_on_environment(patches._environment, contact, 0))
+    found = list(placement_violations(patches._environment, contact, 0))
     assert [violation.kind for violation in found] == [Kind.OFF_ENVIRONMENT]
     assert patches.overhanging == 1
     assert patches.unsupported == pytest.approx(0.047 / 0.2, abs=0.02)
 
 
-def test_a_kept_contact_is_measured_once_and_said_of_every_state() -> None:
+def test_a_kept_contact_is_measured_once_and_reported_for_every_state() -> None:
     patches = ground(LEFT, RIGHT)
     contact = sole(x=0.01)
     found = [violation for k in range(3) for violation in patches.violations(contact, k)]
@@ -121,7 +122,7 @@ def test_points_have_no_patch() -> None:
 @settings(max_examples=30)
 @given(st.floats(-0.15, 0.15), st.floats(-0.15, 0.15), st.floats(-3, 3), st.floats(0.02, 0.1))
 def test_the_share_is_that_of_the_area(x: float, y: float, yaw: float, gap: float) -> None:
-    """Against exact areas: surfaces grown by the bound, the patch less them."""
+    """Against the exact area of the patch minus the surfaces grown by the bound."""
     rings = [rectangle((-1, 0), (-1, 1)), rectangle((gap, 1), (-1, 0.05))]
     patches = ground(*rings)
     contact = sole(x, y, yaw=yaw)

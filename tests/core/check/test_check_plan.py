@@ -11,13 +11,12 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from rbprm_core.check import CheckReport, Kind, Violation, check_plan
-from rbprm_core.check.kinematics import Robot
-from rbprm_core.check.report import figures
-from rbprm_core.check.statics import state_robustness
+from rbprm_core.arrays import Array
+from rbprm_core.check import CheckReport, Kind, Violation, check_plan, figures
+from rbprm_core.check.robot_model import Robot
+from rbprm_core.check.static_equilibrium import state_robustness
 from rbprm_core.errors import InvalidInput
 from rbprm_core.plan_record import ContactEntry, ContactPlan, RobotEntry
 from rbprm_core.resources import find_resource
@@ -27,12 +26,12 @@ SRDF = "example-robot-data/robots/hyq_description/srdf/hyq.srdf"
 TALOS = "example-robot-data/robots/talos_data/robots/talos_reduced.urdf"
 GROUND = "hpp_environments/meshes/multicontact/ground.stl"
 LEGS = ("lf", "rf", "lh", "rh")
-RADIUS = 0.02175  # of the feet's collision balls
-HEIGHT = 0.67  # of the root
+RADIUS = 0.02175  # metres, of the balls that are the feet's collision geometry
+HEIGHT = 0.67  # metres, of the root above the ground
 GRAVITY = np.array([0.0, 0.0, -9.81])
 THRESHOLD = 5.0
 
-Point = NDArray[np.float64]
+Point = Array
 Document = dict[str, Any]
 Found = set[tuple[int, str, str]]
 
@@ -50,7 +49,7 @@ def shifted(points: Any, length: float) -> Any:
 
 
 class Hyq:
-    """HyQ placed by hand: feet where they should be, and all that a state declares."""
+    """Makes states of HyQ with its feet at given points, and with all that a state declares."""
 
     def __init__(self) -> None:
         self.model = pin.buildModelFromUrdf(
@@ -67,8 +66,8 @@ class Hyq:
     def foot(self, leg: str) -> pin.SE3:
         return self.data.oMf[self.model.getFrameId(f"{leg}_foot", pin.BODY)]
 
-    def reach(self, root: Point, centres: Mapping[str, Point]) -> NDArray[np.float64]:
-        """Configuration with the balls' centres at the given points."""
+    def reach(self, root: Point, centres: Mapping[str, Point]) -> Array:
+        """Configuration (nq,) with the centres of the balls at given points."""
         q = self.standing.copy()
         q[:3] = root
         for leg, centre in centres.items():
@@ -85,7 +84,7 @@ class Hyq:
         return q
 
     def contact(self, leg: str, point: Point, sink: float, friction: float) -> Document:
-        """Contact of a foot with the floor; the ball reaches `sink` below the point."""
+        """A contact of a foot with the floor; the ball reaches `sink` metres below the point."""
         foot = self.foot(leg)
         offset = foot.rotation.T @ [0, 0, -(RADIUS - sink)]
         turned = pin.Quaternion(foot.rotation.T.copy()).coeffs()
@@ -109,7 +108,7 @@ class Hyq:
         air: Mapping[str, Point] | None = None,
         sink: Mapping[str, float] | None = None,
     ) -> Document:
-        """State with the root shifted, contacts at `feet`, and balls' centres at `air`."""
+        """A state with the root shifted, stance feet at `feet`, centres of swing feet at `air`."""
         sunk = {leg: (sink or {}).get(leg, 0.0) for leg in LEGS}
         centres = {leg: point + up(RADIUS - sunk[leg]) for leg, point in feet.items()}
         q = self.reach(np.array([*shift, HEIGHT]), {**centres, **(air or {})})
@@ -123,7 +122,7 @@ class Hyq:
         return self.refresh(state)
 
     def refresh(self, state: Document) -> Document:
-        """Declare the centre of mass and the robustness that belong to a state."""
+        """Set the declared centre of mass and robustness of a state to their true values."""
         root = state["root"]
         q = np.array([*root["position"], *root["orientation"], *state["joints"]])
         com = pin.centerOfMass(self.model, self.data, q)
@@ -158,7 +157,7 @@ def document(states: list[Document], hyq: Hyq) -> Document:
 def walk(
     hyq: Hyq, made: Point | None = None, sink: float = 0.0, lift: float = 0.05
 ) -> list[Document]:
-    """Stand; lean back and lift the left front foot; put it 5 cm ahead; move the trunk."""
+    """Four states: stance, left front foot lifted, foot put 5 cm ahead, trunk moved."""
     feet = hyq.feet
     three = {leg: feet[leg] for leg in LEGS if leg != "lf"}
     four = {**feet, "lf": feet["lf"] + ahead(0.05) if made is None else made}
@@ -278,7 +277,7 @@ def point_elsewhere(plan: Document, hyq: Hyq) -> None:
 
 
 def two_points(plan: Document, hyq: Hyq) -> None:
-    state = plan["states"][0]  # the leg that is lifted next, so that nothing else changes
+    state = plan["states"][0]  # the swing leg of the next state, so that nothing else changes
     contact_of(plan, 0, "lf")["points"] *= 2
     hyq.refresh(state)
 
@@ -425,8 +424,8 @@ def test_figures_of_the_clean_plan(clean: Document) -> None:
     report = checked(clean)
     assert (report.overhanging, report.unsupported) == (0, 0.0)
     assert (report.goal_limbs, report.goal_missing) == (None, ())
-    # The foot breaks, the root shifted away from it, and is made again: the other three hold at
-    # the end without it, and at the start of the first change the root is in the middle.
+    # The root shifts away from the foot before it is lifted, and stays there until it is put down.
+    # So the other three hold the robot at one end of each transition at least.
     support = report.support
     assert support.both + support.one + support.neither == report.transitions == 2
     assert support.neither == 0
@@ -441,7 +440,7 @@ def test_contacts_asked_for_at_the_goal(clean: Document, hyq: Hyq) -> None:
     plan["states"] = plan["states"][:2]  # the left front foot is in the air
     plan["request"]["goal"] = plan["states"][-1]["root"]
     report = checked(plan)
-    assert report.valid, "a goal not reached with all limbs is a figure, not a violation"
+    assert report.valid, "a limb missing at the goal is a figure and not a violation"
     assert report.goal_missing == (LF,)
     assert figures(report)["contacts at the goal"] == f"missing {LF}"
 
@@ -453,13 +452,13 @@ def test_a_contact_has_no_more_friction_than_the_environment(clean: Document, hy
         report = checked(plan)
         assert report.valid == valid
         assert {kind for _, _, kind in found(report)} == (set() if valid else {Kind.FRICTION})
-    assert "contact's friction 0.5, the environment's there 0.4" in str(report.violations[0])
+    assert "contact friction 0.5 above the 0.4 of the environment" in str(report.violations[0])
     assert len(report.violations) == sum(len(state["contacts"]) for state in plan["states"])
 
 
 def test_of_surfaces_that_meet_the_rougher_counts(hyq: Hyq) -> None:
     plan = document([hyq.state((0, 0), hyq.feet)], hyq)
-    for x in (0.0, 5e-3):  # the border under a foot, and too far away to count
+    for x in (0.0, 5e-3):  # the border under a foot, and beyond the bound
         edge = float(hyq.feet["lf"][0]) - x
         ice = [[-2, -2, 0], [edge, -2, 0], [edge, 2, 0], [-2, 2, 0]]
         rock = [[edge, -2, 0], [2, -2, 0], [2, 2, 0], [edge, 2, 0]]
@@ -478,7 +477,7 @@ def test_of_surfaces_that_meet_the_rougher_counts(hyq: Hyq) -> None:
 def test_the_report_as_json(clean: Document, hyq: Hyq) -> None:
     plan = copy.deepcopy(clean)
     plan["request"]["goal_limbs"] = [LF]
-    plan["states"][3]["contacts"] = []  # b0 is minus infinity, which JSON does not have
+    plan["states"][3]["contacts"] = []  # b0 is minus infinity, which JSON cannot hold
     report = checked(plan)
     text = json.loads(json.dumps(report.document(), allow_nan=False))
     assert text["valid"] is False
@@ -517,7 +516,7 @@ def flat_floor() -> Document:
 
 
 def planar(hyq: Hyq, at: Point, yaw: float = 0.0, half: float = 0.012) -> Document:
-    """Standing with a square patch declared under the left front foot."""
+    """A stance with a square patch declared under the left front foot."""
     state = hyq.state((0, 0), {**hyq.feet, "lf": at})
     contact = next(c for c in state["contacts"] if c["limb"] == LF)
     corners = [[half, half, 0], [-half, half, 0], [-half, -half, 0], [half, -half, 0]]
@@ -561,16 +560,16 @@ def test_patch_is_held_by_its_orientation_and_its_corners(hyq: Hyq) -> None:
 
 
 def test_a_patch_is_no_larger_than_the_foot(hyq: Hyq) -> None:
-    """Forces act at its corners, so that a larger one would hold more than the robot can."""
+    """Forces act at its corners, so that a larger patch would hold more than the foot can."""
     assert checked(document([planar(hyq, hyq.feet["lf"], half=0.015)], hyq)).valid
     report = checked(document([planar(hyq, hyq.feet["lf"], half=0.018)], hyq))
     assert found(report) == {(0, LF, Kind.OFF_ROBOT)}
-    corner = np.hypot(np.hypot(0.018, 0.018), RADIUS) - RADIUS  # from the ball
+    corner = np.hypot(np.hypot(0.018, 0.018), RADIUS) - RADIUS  # to the ball
     assert f"contact point {1e3 * corner:.1f} mm from the robot's own" in str(report.violations[0])
 
 
 def test_a_point_apart_from_the_foot(hyq: Hyq) -> None:
-    """A frame offset can put a contact anywhere; the robot has to be there."""
+    """A frame offset can place a contact anywhere, but the robot has to reach it."""
     for below, valid in ((0.009, True), (0.011, False)):
         feet = {**hyq.feet, "lf": hyq.feet["lf"] + up(below)}
         state = hyq.state((0, 0), feet)
@@ -600,11 +599,11 @@ def test_without_srdf_neighbouring_joints_are_left_out(clean: Document, hyq: Hyq
         (TALOS, "left_sole_link", "leg_left_6_link"),
     ],
 )
-def test_which_link_stands_on_a_contact(urdf: str, frame: str, link: str) -> None:
+def test_the_link_at_a_contact(urdf: str, frame: str, link: str) -> None:
     model = pin.buildModelFromUrdf(str(find_resource(urdf, "urdf")), pin.JointModelFreeFlyer())
     names = tuple(model.names)[2:]
     robot = Robot(RobotEntry(name="robot", urdf=urdf, joint_names=names))
-    standing = robot.standing_link(robot.frame(frame, "frame"))
+    standing = robot.contact_link(robot.frame(frame, "frame"))
     assert robot.model.frames[standing].name == link
 
 
@@ -642,7 +641,7 @@ INVALID: list[tuple[str, Any, str]] = [
 
 
 @pytest.mark.parametrize(("path", "value", "field"), INVALID)
-def test_what_cannot_be_evaluated_is_named(
+def test_errors_name_the_field(
     clean: Document, hyq: Hyq, path: str, value: Any, field: str
 ) -> None:
     plan = copy.deepcopy(clean)

@@ -1,4 +1,4 @@
-"""The robust programme against closed forms, its dual, and the symmetries of mechanics."""
+"""Robustness of the check against closed forms, its dual, and the symmetries of mechanics."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
-from rbprm_core.check.statics import (
-    force_closure,
+from rbprm_core.arrays import Array
+from rbprm_core.check.static_equilibrium import (
+    force_closure_violations,
     generators,
     robustness,
     state_robustness,
@@ -20,11 +20,10 @@ from rbprm_core.check.statics import (
 )
 from rbprm_core.plan_record import ContactEntry
 
-Array = NDArray[np.float64]
 Contacts = tuple[Array, Array]
 MASS = 80.0
 LOAD = np.array([0.0, 0.0, -9.81 * MASS])
-RELATIVE = 1e-6 * 9.81 * MASS  # of the weight, as the check itself allows
+RELATIVE = 1e-6 * 9.81 * MASS  # newtons; the tolerance of the check itself
 
 lengths = st.floats(0.1, 1.0)
 frictions = st.floats(0.1, 1.2)
@@ -32,13 +31,13 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 def flat(points: list[list[float]], friction: float) -> Contacts:
-    """Generators of contacts on level ground, and where they apply."""
+    """Points (4 k, 3) and edges (4 k, 3) of k contacts on level ground."""
     pyramid = generators([0, 0, 1], [1, 0, 0], friction)
     return np.repeat(np.array(points), 4, axis=0), np.tile(pyramid, (len(points), 1))
 
 
 def random_contacts(seed: int) -> tuple[Array, Array, Array]:
-    """Four slightly tilted contacts around a centre of mass: points, generators, centre."""
+    """Points, edges and centre of mass of four slightly tilted contacts around it."""
     rng = np.random.default_rng(seed)
     corners = [[0.4, 0.3, 0], [0.4, -0.3, 0], [-0.4, 0.3, 0], [-0.4, -0.3, 0]]
     points, edges = [], []
@@ -65,7 +64,7 @@ def test_symmetric_stance_shares_the_weight(
 ) -> None:
     points = [[a, b, 0], [a, -b, 0], [-a, b, 0], [-a, -b, 0]]
     b0 = robustness(*flat(points, friction), [0, 0, height], LOAD)
-    # All sixteen forces are equal, and each carries 1 / sqrt(1 + mu^2) of its length upwards.
+    # All sixteen forces are equal; the vertical part of each is 1 / sqrt(1 + mu^2) of it.
     assert b0 == pytest.approx(9.81 * MASS * np.hypot(1, friction) / 16, abs=RELATIVE)
 
 
@@ -80,7 +79,7 @@ def test_b0_scales_with_the_mass(seed: int, factor: float) -> None:
 
 @given(seed=seeds, vector=st.tuples(*[st.floats(-3, 3)] * 3), size=st.floats(0.2, 5))
 @settings(max_examples=30, deadline=None)
-def test_b0_does_not_see_where_which_way_and_how_large(
+def test_b0_does_not_depend_on_pose_and_size(
     seed: int, vector: tuple[float, float, float], size: float
 ) -> None:
     points, edges, com = random_contacts(seed)
@@ -194,7 +193,7 @@ def test_weight_is_mass_times_gravity() -> None:
 
 
 def pressing(position: list[float], towards: list[float]) -> ContactEntry:
-    """A contact that pushes along an axis of the world."""
+    """A point contact that pushes in a direction."""
     turn, _ = Rotation.align_vectors([towards], [[0, 0, 1]])
     return ContactEntry.model_validate(
         {
@@ -224,7 +223,7 @@ def test_without_weight_b0_is_that_of_the_grip() -> None:
 def test_contacts_of_hardly_any_friction_that_do_not_close(
     seed: int, friction: float, tilt: float
 ) -> None:
-    """HiGHS ended one in ten of these with "status unknown"."""
+    """HiGHS ended one in ten of these problems with "status unknown"."""
     rng = np.random.default_rng(seed)
     table = [[*rng.uniform(-0.5, 0.5, 2), 0.0] for _ in range(rng.integers(2, 6))]
     normals = [[*rng.uniform(-1, 1, 2) * 10**tilt, 1.0] for _ in table]
@@ -235,7 +234,7 @@ def test_contacts_of_hardly_any_friction_that_do_not_close(
 
 @pytest.mark.parametrize(("b0", "closed"), [(0.1, True), (0.0, False), (-np.inf, False)])
 def test_a_state_without_weight_has_to_be_in_force_closure(b0: float, closed: bool) -> None:
-    assert (list(force_closure(b0, 3, 8.0)) == []) == closed
+    assert (list(force_closure_violations(b0, 3, 8.0)) == []) == closed
 
 
 @given(seeds)
@@ -249,8 +248,8 @@ def test_two_points_hold_only_what_is_over_the_line_through_them(seed: int) -> N
     assert robustness(points, edges, com + aside, LOAD) == -np.inf
 
 
-def test_two_points_of_which_the_solver_alone_says_nothing() -> None:
-    """Met in a plan: HiGHS ended this one, which has no solution, with "status unknown"."""
+def test_two_points_for_which_the_solver_alone_gives_no_answer() -> None:
+    """From a plan: HiGHS ended this infeasible problem with "status unknown"."""
     points = [[-0.51135904, 0.5316359, 0.20000003], [0.3941159, -0.677206, 0.19999998]]
     pyramid = generators([0, 0, 1], [2.220446049250313e-16, -1, 0], 0.5)
     where, edges = np.repeat(np.array(points), 4, axis=0), np.tile(pyramid, (2, 1))

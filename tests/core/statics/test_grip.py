@@ -9,8 +9,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rbprm_core.arrays import Array
-from rbprm_core.check.statics import generators as check_generators
-from rbprm_core.check.statics import grip, robustness
+from rbprm_core.check.static_equilibrium import generators as check_generators
+from rbprm_core.check.static_equilibrium import grip_robustness as checked_grip
+from rbprm_core.check.static_equilibrium import robustness
 from rbprm_core.errors import InvalidInput
 from rbprm_core.statics import Equilibrium, cone_generators, grip_robustness
 from rbprm_core.statics import robustness as weighted_robustness
@@ -37,7 +38,9 @@ class Grasp:
 
     def checked(self) -> float:
         """b0 in newtons as the independent check computes it."""
-        return grip(np.repeat(self.points, 4, axis=0), self.generators.reshape(-1, 3), FORCE)
+        return checked_grip(
+            np.repeat(self.points, 4, axis=0), self.generators.reshape(-1, 3), FORCE
+        )
 
 
 def frame_on(normal: Array) -> Array:
@@ -126,7 +129,7 @@ def test_one_contact_or_none_hold_nothing() -> None:
     assert one.b0() == -np.inf
     assert one.checked() == -np.inf
     assert grip_robustness(np.zeros((0, 3)), np.zeros((0, 4, 3)), FORCE) == -np.inf
-    assert grip([], [], FORCE) == -np.inf
+    assert checked_grip([], [], FORCE) == -np.inf
 
 
 @settings(max_examples=60)

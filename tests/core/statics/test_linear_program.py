@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rbprm_core.check.statics import generators
-from rbprm_core.check.statics import robustness as checked
+from rbprm_core.check.static_equilibrium import generators
+from rbprm_core.check.static_equilibrium import robustness as checked
 from rbprm_core.statics import Equilibrium, cone_generators, robustness
 from rbprm_core.statics.linear_program import max_min_coefficient
 

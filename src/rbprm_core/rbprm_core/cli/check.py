@@ -7,8 +7,7 @@ from pathlib import Path
 
 import click
 
-from rbprm_core.check import check_plan
-from rbprm_core.check.report import figures
+from rbprm_core.check import check_plan, figures
 from rbprm_core.plan_record import ContactPlan
 
 

@@ -11,8 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from rbprm_core.budget import MIN_TIME_LIMIT, Budget
-from rbprm_core.check import CheckReport, check_plan
-from rbprm_core.check.report import figures
+from rbprm_core.check import CheckReport, check_plan, figures
 from rbprm_core.cli.progress import StageBars
 from rbprm_core.errors import InvalidInput
 from rbprm_core.guide.root.planners import PLANNERS

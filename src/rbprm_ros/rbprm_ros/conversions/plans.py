@@ -10,8 +10,7 @@ from nav_msgs.msg import Path
 from rbprm_msgs.msg import Contact, ContactSequence, ContactState, PlanStatistics
 from std_msgs.msg import Header
 
-from rbprm_core.check import transitions
-from rbprm_core.check.sequence import missing_at_goal
+from rbprm_core.check import count_transitions, missing_goal_limbs
 from rbprm_core.errors import InvalidInput
 from rbprm_core.plan_record import (
     GRIP_FORCE,
@@ -84,7 +83,7 @@ def sequence_message(
         gravity=vector_message(Vector3, request.gravity),
         grip_force=request.grip_force,
         goal_limbs=list(request.goal_limbs or ()),
-        missing_goal_limbs=list(missing_at_goal(plan)) if plan.states else [],
+        missing_goal_limbs=list(missing_goal_limbs(plan)) if plan.states else [],
         complete=complete,
         states=[_state_message(i, state) for i, state in enumerate(plan.states)],
     )
@@ -109,7 +108,7 @@ def statistics_message(plan: ContactPlan) -> PlanStatistics:
         guide_nodes=counts.get("guide_nodes", 0),
         guide_waypoints=len(plan.guide),
         states=len(plan.states),
-        contact_transitions=transitions(plan),
+        contact_transitions=count_transitions(plan),
         min_robustness=min((state.robustness for state in plan.states), default=math.nan),
     )
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from rbprm_msgs.msg import PlanningResult
 
-from rbprm_core.check.sequence import missing_at_goal
+from rbprm_core.check import missing_goal_limbs
 from rbprm_core.contacts.continuation import ROUNDING
 from rbprm_core.plan_record import ContactPlan
 from rbprm_ros.failure import SUCCEEDED, Failure
@@ -45,7 +45,7 @@ def _weak(plan: ContactPlan) -> str:
 
 def _goal_missed(plan: ContactPlan) -> str:
     """What there is to say of limbs that are not in contact at the goal; "" where all are."""
-    missing = missing_at_goal(plan)
+    missing = missing_goal_limbs(plan)
     if not missing:
         return ""
     return f"not in contact in the last state, as goal_limbs asks: {', '.join(missing)}"
