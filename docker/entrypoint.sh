@@ -1,6 +1,7 @@
 #!/bin/bash
-# Run a command in the workspace's environment; executables of rbprm_ros are found by their names.
-# RBPRM_ROBOT is the planner node's parameter `robot`; empty, it is what a parameter file says, or hyq.
+# Run a command in the environment of the workspace; executables of rbprm_ros are found by their names.
+# RBPRM_ROBOT sets the parameter `robot` of the planner node. If it is empty, the robot is that of a
+# parameter file, or hyq.
 set -e
 [ ! -f /opt/ros/jazzy/setup.bash ] || . /opt/ros/jazzy/setup.bash
 . "$RBPRM_WORKSPACE/setup.bash"

@@ -1,8 +1,8 @@
-"""A campaign over the workers of a Dask cluster; here two processes of this machine.
+"""A benchmark campaign on the workers of a Dask cluster, here two processes of this machine.
 
-For machines of a network give their scheduler's address: `Client("tcp://host:8786")` in place of
-the local cluster, or `rbprm bench SCENARIO --backend dask --scheduler tcp://host:8786`. Each worker
-needs this package, and one thread, since it serves one run at a time.
+For the machines of a network, use the address of their scheduler: `Client("tcp://host:8786")` in
+place of the local cluster, or `rbprm bench SCENARIO --backend dask --scheduler tcp://host:8786`.
+Each worker needs this package, and has one thread, since it serves one run at a time.
 
 Run it by `.venv/bin/python examples/bench_on_dask.py [SCENARIO...] [--seeds N] [--out FOLDER]`.
 """
@@ -20,7 +20,7 @@ from rbprm_core.bench.tables import overview_table
 
 
 def main() -> None:
-    """Run the campaign, show where its runs went, leave its files in a folder."""
+    """Run the campaign, print the process of each run, and write its files into a folder."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("scenarios", nargs="*", default=["flat"], help="known names or files")
     parser.add_argument("--seeds", type=int, default=4)

@@ -1,8 +1,8 @@
-"""HyQ crosses the rubble through the ROS 2 node: what a mission executive does, from call to check.
+"""HyQ crosses the rubble, planned by the ROS 2 node: the steps of a mission executive.
 
-Three processes: the planner node from the built workspace, `publish_surfaces` in the place of
-perception, and this one, which calls the plan service, receives the contact sequence on its latched
-topic, checks it without the planner's help and leaves it in a folder as plan file and pictures.
+There are three processes: the planner node from the built workspace, `publish_surfaces` in place of
+perception, and this one. It calls the plan service, receives the contact sequence on its latched
+topic, checks it independently of the planner, and writes it as plan file, picture and HTML page.
 
 Run it by `make demo`, or in the workspace's environment: `scripts/in_workspace.sh
 .venv/bin/python examples/demo.py [--scenario NAME] [--seed N] [--out FOLDER]`.
@@ -41,20 +41,20 @@ from rbprm_ros.conversions import plan_of_messages, request_message
 from rbprm_ros.rclpy_utils.qos import LATCHED
 
 NODE = "/rbprm_planner"
-START_TIMEOUT = 30.0  # seconds until the node and the surfaces are there
-STOP_TIMEOUT = 5.0  # seconds until a process that was told to stop has stopped
-RETRY_PERIOD = 0.3  # seconds between calls while the surfaces are on their way
+START_TIMEOUT = 30.0  # seconds until node and surfaces are available
+STOP_TIMEOUT = 5.0  # seconds from the stop signal to the end of a process
+RETRY_PERIOD = 0.3  # seconds between calls until the surfaces have arrived
 
 
 class DemoError(Exception):
-    """What went wrong, for the one who reads the terminal."""
+    """A failure of the demo, with a text for the terminal."""
 
 
 class Executive(Node):
-    """Calls the planner and listens to its topics.
+    """A node that calls the planner and receives its topics.
 
     Args:
-        show: told what the planner logs, as it does.
+        show: function called with each line of the planner's log.
     """
 
     def __init__(self, show: Callable[[str], None]) -> None:
@@ -74,7 +74,17 @@ class Executive(Node):
     def spin_until(
         self, done: Callable[[], bool], what: str, processes: Processes, timeout: float
     ) -> None:
-        """Serve callbacks until something is true; it must be so in a time, all processes up."""
+        """Serve callbacks until a condition is true.
+
+        Args:
+            done: the condition.
+            what: name of what the condition waits for, for the error.
+            processes: processes that must keep running.
+            timeout: longest time to wait, seconds.
+
+        Raises:
+            DemoError: a process ended, or the time is over.
+        """
         end = time.monotonic() + timeout
         while not done():
             processes.require_up()
@@ -83,12 +93,18 @@ class Executive(Node):
             self._executor.spin_once(0.05)
 
     def wait_for_planner(self, processes: Processes) -> None:
-        """Wait until the plan service is there."""
+        """Wait until the plan service is available."""
         found = self._plan.service_is_ready
         self.spin_until(found, "plan service", processes, START_TIMEOUT)
 
     def plan(self, request: Plan.Request, processes: Processes, timeout: float) -> Plan.Response:
-        """Call the service until the planner knows surfaces to plan on."""
+        """The answer of the plan service, called until the planner has received surfaces.
+
+        Args:
+            request: the request.
+            processes: processes that must keep running.
+            timeout: longest time to wait for one answer, seconds.
+        """
         end = time.monotonic() + START_TIMEOUT
         while True:
             future = self._plan.call_async(request)
@@ -111,7 +127,7 @@ class Executive(Node):
 
 
 class Processes:
-    """The other processes; what they print goes to files."""
+    """The other processes; their output goes to files in a folder."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -126,14 +142,14 @@ class Processes:
             )
 
     def require_up(self) -> None:
-        """Raise where a process has ended by itself."""
+        """Raise a DemoError where a process has ended."""
         for name, process in self._running.items():
             if process.poll() is not None:
                 last = self._log(name).read_text().strip().splitlines()[-5:]
                 raise DemoError("\n  ".join([f"{name} ended, exit code {process.poll()}:", *last]))
 
     def stop(self) -> list[str]:
-        """Stop all; returns what did not end cleanly."""
+        """Stop all processes; returns a text on each that did not end with exit code 0."""
         for process in self._running.values():
             process.send_signal(signal.SIGINT)
         complaints = []
@@ -154,10 +170,10 @@ class Processes:
 
 @contextlib.contextmanager
 def running(scenario: str, folder: Path) -> Iterator[Processes]:
-    """The planner node and the stand-in for perception, while the block runs."""
+    """A context in which the planner node and the publisher of surfaces run."""
     processes = Processes(folder)
     try:
-        # At level debug the node tells the stages of planning.
+        # At level debug the node logs the stages of planning.
         processes.start("planner_node", "--ros-args", "--log-level", "rbprm_planner:=debug")
         processes.start("publish_surfaces", scenario)
         yield processes
@@ -169,10 +185,14 @@ def running(scenario: str, folder: Path) -> Iterator[Processes]:
 
 
 def run(scenario: Scenario, name: str, seed: int, folder: Path, console: Console) -> ContactPlan:
-    """Have the scenario planned by the node; returns what came over the topics.
+    """The plan of a scenario, planned by the node and received on its topics.
 
     Args:
-        name: of the scenario, or its file.
+        scenario: the scenario.
+        name: known name or file of the scenario.
+        seed: seed of the planner.
+        folder: folder for the output of the processes.
+        console: console for progress.
     """
     robot = scenario.load_robot()
     limit = scenario.request_text(robot.name).time_limit
@@ -213,7 +233,7 @@ def run(scenario: Scenario, name: str, seed: int, folder: Path, console: Console
 
 
 def main() -> None:
-    """Run the demo; exit code 0 if the plan is there and valid."""
+    """Run the demo; the exit code is 0 if there is a valid plan."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--scenario", default="rubble", help="known name or file")
     parser.add_argument("--seed", type=int, default=0)
@@ -244,7 +264,7 @@ def main() -> None:
 
 
 def _write(plan: ContactPlan, stem: Path, console: Console) -> None:
-    """Write plan file, picture and page beside each other, and name them."""
+    """Write plan file, picture and page, and print their names."""
     writers: dict[str, Callable[[Path], None]] = {
         ".plan.json": plan.write,
         ".png": lambda path: write_picture(plan, path),

@@ -1,4 +1,4 @@
-"""Plan on polygons, as perception gives them: HyQ crosses a gap on three stepping stones.
+"""Plan on polygons, such as those of perception: HyQ crosses a gap on three stepping stones.
 
 Run it by `.venv/bin/python examples/plan_from_surfaces.py`.
 """
@@ -18,14 +18,21 @@ from rbprm_core.scene import Scene, Surface, make_surface
 
 
 def slab(name: str, x: tuple[float, float], height: float) -> Surface:
-    """A horizontal rectangle, 1.6 m wide, counter-clockwise seen from above."""
+    """A horizontal rectangle, 1.6 m wide.
+
+    Args:
+        name: id of the surface.
+        x: smallest and largest x, metres.
+        height: z, metres.
+    """
     low, high = x
+    # Counter-clockwise seen from above, so that the normal points upwards.
     corners = [[low, -0.8], [high, -0.8], [high, 0.8], [low, 0.8]]
     return make_surface(name, [[*corner, height] for corner in corners], friction=0.6)
 
 
 def main() -> None:
-    """Plan and print where each foot goes."""
+    """Plan, and print the surfaces that the feet are on in each state."""
     robot = Robot.load(load_description("hyq"))
     scene = Scene(
         [

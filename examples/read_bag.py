@@ -1,7 +1,7 @@
-"""Read a bag of the planner in plain Python: a table of its contact sequences, or all as JSON.
+"""Print the contact sequences of a bag of the planner, or all its messages as JSON.
 
-Needs `rosbags` (pip install rosbags), neither ROS nor rbprm: the bag holds the definitions of its
-messages.
+It needs `rosbags` (pip install rosbags), but neither ROS nor rbprm, since the bag contains the
+definitions of its messages.
 
     python examples/read_bag.py FOLDER [--json]
 """
@@ -20,16 +20,16 @@ from rosbags.highlevel import AnyReader
 
 
 def messages(bag: Path) -> Iterator[tuple[str, int, Any]]:
-    """Topic, time of the recording in nanoseconds, and message."""
+    """Topic, time of recording in nanoseconds, and content of each message of a bag."""
     with AnyReader([bag]) as reader:
         for connection, stamp, data in reader.messages():
             yield connection.topic, stamp, reader.deserialize(data, connection.msgtype)
 
 
 def plain(value: Any) -> Any:
-    """A message as dictionaries, lists and numbers."""
+    """A value of a message as dictionaries, lists, texts and numbers."""
     if dataclasses.is_dataclass(value):
-        # Those with a default are constants of the type, and its name.
+        # Fields with a default are constants and the name of the type.
         fields = [f.name for f in dataclasses.fields(value) if f.default is dataclasses.MISSING]
         return {name: plain(getattr(value, name)) for name in fields}
     if isinstance(value, np.ndarray):
@@ -40,10 +40,10 @@ def plain(value: Any) -> Any:
 
 
 def main() -> None:
-    """Print what is in a bag."""
+    """Print the content of a bag."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("bag", type=Path, help="folder of the bag")
-    parser.add_argument("--json", action="store_true", help="every message, one a line")
+    parser.add_argument("--json", action="store_true", help="every message as a line of JSON")
     arguments = parser.parse_args()
     for topic, stamp, message in messages(arguments.bag):
         if arguments.json:

@@ -1,10 +1,11 @@
-"""Step 4 of set-up: make the ROS wheels in this .venv usable for colcon and for a shell.
+"""Step 4 of set-up: adapt the ROS wheels in this .venv to colcon and to a shell.
 
-1. Their CMake exports name the folders of the machine that built them: write ours instead.
-2. A workspace's setup.bash sources <prefix>/local_setup.bash of what it was built on: give .venv
-   one, so that `. ros2_ws/install/setup.bash` works from an empty environment.
+1. Their CMake exports contain folders of the machine that built them; these are replaced by the
+   folders of this machine.
+2. The setup.bash of a workspace sources <prefix>/local_setup.bash of the prefix it was built on;
+   .venv gets such a file, so that `. ros2_ws/install/setup.bash` works in an empty environment.
 
-Run by the interpreter of the .venv; running it again changes nothing.
+The script is run by the interpreter of the .venv. Running it again changes nothing.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ REPLACEMENTS = {
 }
 
 LOCAL_SETUP = """\
-# Puts this .venv under a ROS 2 workspace, as /opt/ros/<distro> would be. Made by {script}.
+# Makes this .venv the underlay of a ROS 2 workspace, like /opt/ros/<distro>. Made by {script}.
 _rbprm_prepend() {{
     eval "_rbprm_old=\\${{$1:-}}"
     case ":$_rbprm_old:" in
@@ -33,7 +34,7 @@ _rbprm_prepend() {{
     esac
     unset _rbprm_old
 }}
-# An empty environment has neither: bash keeps a PATH of its own, and ROS logs below HOME.
+# An empty environment has neither variable: bash does not export its PATH, and ROS logs below HOME.
 export PATH="${{PATH:-/usr/local/bin:/usr/bin:/bin}}"
 if [ -z "${{HOME:-}}" ]; then
     HOME=$(getent passwd "$(id -u)" | cut -d: -f6)
@@ -44,13 +45,13 @@ _rbprm_prepend CMAKE_PREFIX_PATH "{prefix}"
 _rbprm_prepend PATH "{prefix}/bin"
 unset -f _rbprm_prepend
 export ROS_VERSION=2 ROS_PYTHON_VERSION=3 ROS_DISTRO=jazzy
-# Left by another Python of ROS wheels it would keep ours from finding its libraries.
+# Left by another Python with ROS wheels, it would keep this one from finding its libraries.
 unset _ROS_WHEELS_BOOTSTRAP_COMPLETE
 """
 
 
 def patch_exports() -> int:
-    """Rewrite the folders in <prefix>/share/**/*.cmake; return the number of files changed."""
+    """Replace the folders in <prefix>/share/**/*.cmake; return the number of files changed."""
     changed = 0
     for path in (PREFIX / "share").rglob("*.cmake"):
         text = before = path.read_text()
@@ -63,7 +64,7 @@ def patch_exports() -> int:
 
 
 def write_setup_files() -> None:
-    """Write local_setup.* and setup.* for sh, bash and zsh."""
+    """Write the files local_setup.* and setup.* for sh, bash and zsh."""
     script = Path(__file__).name
     (PREFIX / "local_setup.sh").write_text(LOCAL_SETUP.format(script=script, prefix=PREFIX))
     source = f'. "{PREFIX}/local_setup.sh"\n'

@@ -3,11 +3,11 @@
 set -eu
 cd "$(dirname "$0")/.."
 scripts/check_prerequisites.sh >/dev/null
-# Whatever ROS the shell has sourced must not get into the workspace.
+# A ROS installation that the shell has sourced must not influence the build.
 unset AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH PYTHONPATH || true
 . .venv/local_setup.sh
 
-echo "[5/5] building ros2_ws (the messages take most of a minute)"
+echo "[5/5] building ros2_ws (most of a minute, for the messages)"
 start=$(date +%s)
 cd ros2_ws
 colcon build --symlink-install \

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Look for all that set-up needs before anything is downloaded; print the interpreter to use.
-# What is missing is named all at once, with the command that installs it.
+# Check the prerequisites of set-up before anything is downloaded; print the interpreter to use.
+# All missing prerequisites are listed together, with the command that installs them.
 set -eu
 
 missing="" # one line each
@@ -20,7 +20,7 @@ done
 
 if [ -z "$python" ]; then
     tried=${PYTHON:-python3}
-    lack "Python 3.11 or 3.12, for which ROS 2 Jazzy exists as wheels ($tried is: $(version "$tried" || echo absent))" \
+    lack "Python 3.11 or 3.12, for which wheels of ROS 2 Jazzy exist ($tried is: $(version "$tried" || echo absent))" \
         "python3.11 python3.11-venv python3.11-dev"
 else
     name=python$(version "$python")
@@ -34,7 +34,7 @@ command -v make >/dev/null || lack "make" "make"
 
 if [ -n "$missing" ]; then
     {
-        echo "Set-up needs what is not here:$missing"
+        echo "Set-up needs the following, which are missing:$missing"
         echo "Install it, as root or with sudo:"
         echo "  apt-get update && apt-get install -y$packages"
     } >&2

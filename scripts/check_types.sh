@@ -1,6 +1,6 @@
 #!/bin/sh
-# Types: the core strictly. rclpy and generated messages carry none, so that the ROS package may
-# derive from and call untyped things.
+# Type check. The core is checked strictly. rclpy and generated messages have no types, so the ROS
+# package may derive from untyped classes and call untyped functions.
 set -eu
 cd "$(dirname "$0")/.."
 

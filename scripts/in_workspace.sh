@@ -1,5 +1,5 @@
 #!/bin/bash
-# Run a command in the environment of the built workspace, apart from other ROS nodes around:
+# Run a command in the environment of the built workspace, isolated from other ROS nodes:
 #   scripts/in_workspace.sh COMMAND [ARGUMENT]...
 root=$(cd "$(dirname "$0")/.." && pwd)
 . "$root/ros2_ws/install/setup.bash"

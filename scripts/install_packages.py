@@ -1,6 +1,6 @@
-"""Step 3 of set-up: install requirements/*.txt with pip, and show how far it is.
+"""Step 3 of set-up: install requirements/*.txt with pip, and show the progress.
 
-pip's own output goes to .venv/pip.log; its end is shown when something fails.
+The output of pip goes to .venv/pip.log; its last lines are shown if pip fails.
 """
 
 from __future__ import annotations
@@ -19,7 +19,12 @@ PIP = [sys.executable, "-m", "pip", "install", "--retries=10", "--timeout=60", f
 
 
 class Progress:
-    """A status that is redrawn every second on a terminal, written every 15 s elsewhere."""
+    """A status line, redrawn every second on a terminal, printed every 15 s elsewhere.
+
+    Attributes:
+        text: the status.
+        start: start of the program, seconds of the monotonic clock.
+    """
 
     def __init__(self) -> None:
         self.text, self.start, self.done = "", time.monotonic(), threading.Event()
@@ -33,14 +38,21 @@ class Progress:
             print(f"\r\033[K{line}" if self.live else f"{line}\n", end="", flush=True)
 
     def finish(self) -> None:
+        """End the status line."""
         self.done.set()
         self.thread.join()
         print("\r\033[K" if self.live else "", end="", flush=True)
 
 
 def run(command: list[str], progress: Progress, total: int) -> None:
-    """Run pip, count the packages that it settles, stop the program if it fails."""
-    settled = 0
+    """Run pip and count the packages that it has resolved; end the program if pip fails.
+
+    Args:
+        command: the command.
+        progress: status line that shows the count.
+        total: expected number of packages.
+    """
+    resolved = 0
     with (
         LOG.open("a") as log,
         subprocess.Popen(
@@ -50,24 +62,25 @@ def run(command: list[str], progress: Progress, total: int) -> None:
         assert pip.stdout is not None
         for line in pip.stdout:
             log.write(line)
-            settled += line.startswith(("Collecting ", "Requirement already satisfied: "))
-            progress.text = f"fetching: {min(settled, total)} of {total} packages"
+            resolved += line.startswith(("Collecting ", "Requirement already satisfied: "))
+            progress.text = f"fetching: {min(resolved, total)} of {total} packages"
             if line.startswith("Installing collected packages"):
                 progress.text = f"unpacking {line.count(',') + 1} packages (half a minute or more)"
     if pip.returncode:
         progress.finish()
         print("".join(LOG.read_text().splitlines(keepends=True)[-20:]), file=sys.stderr)
-        sys.exit(f"pip failed; its whole output is in {LOG}")
+        sys.exit(f"pip failed; its output is in {LOG}")
 
 
 def main() -> None:
+    """Install all pinned packages."""
     total = sum("==" in line for line in PINS.read_text().splitlines())
     print(f"[3/5] installing {total} pinned packages into .venv (2 GB of disk)", flush=True)
     LOG.unlink(missing_ok=True)
     progress = Progress()
-    # First the installers: the builds below use these, not whatever is newest.
+    # First the pinned installers, with which the following packages are built.
     run([*PIP, "pip", "setuptools"], progress, 2)
-    # empy exists as a source archive only.
+    # empy is distributed as a source archive only.
     build = ["--no-build-isolation", "--only-binary=:all:", "--no-binary=empy"]
     inputs = [f"-rrequirements/{name}.txt" for name in ("core", "ros", "dev")]
     run([*PIP, *build, *inputs], progress, total)

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Steps 3 and 4 of set-up: the pinned packages, and the ROS wheels made fit for this .venv.
+# Steps 3 and 4 of set-up: install the pinned packages, adapt the ROS wheels to this .venv.
 set -eu
 cd "$(dirname "$0")/.."
 unset PYTHONPATH PYTHONHOME AMENT_PREFIX_PATH CMAKE_PREFIX_PATH || true

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Style and types.
+# Check style and types.
 set -eu
 cd "$(dirname "$0")/.."
 

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Part of set-up: .venv/peer, an environment without ROS, for what talks to the node from outside ROS.
+# Part of set-up: make .venv/peer, an environment without ROS, for tests of clients outside ROS.
 set -eu
 cd "$(dirname "$0")/.."
 unset PYTHONPATH PYTHONHOME || true

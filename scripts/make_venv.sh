@@ -1,5 +1,5 @@
 #!/bin/sh
-# Steps 1 and 2 of set-up: check what the machine offers, make an empty .venv.
+# Steps 1 and 2 of set-up: check the prerequisites, make an empty .venv.
 set -eu
 cd "$(dirname "$0")/.."
 

@@ -1,9 +1,9 @@
-"""Write a scenario's meshes as polygons of another size, for a robot of another size.
+"""Print a scenario's surfaces as polygons of another size, for a robot of another size.
 
     python scripts/scale_scenario.py rubble 0.5 > environment.toml
 
-A plan names its environment by mesh files and polygons, and a mesh has no scale there; polygons
-say all that is needed to use or check the plan, wherever it is read.
+The environment of a plan consists of mesh files and polygons, and a mesh has no scale there.
+Polygons contain everything that is needed to use or to check the plan.
 """
 
 from __future__ import annotations
@@ -11,17 +11,22 @@ from __future__ import annotations
 import sys
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.environment import load_scene
 from rbprm_core.scenario import load_scenario
 from rbprm_core.scene import Surface
 
-DIGITS = 5  # of the coordinates: hundredths of a millimetre
+DIGITS = 5  # decimal places of coordinates: hundredths of a millimetre
 
 
 def main(name: str, scale: float) -> None:
-    """Print the scaled surfaces of a scenario as TOML."""
+    """Print the scaled surfaces of a scenario as TOML.
+
+    Args:
+        name: known name or file of the scenario.
+        scale: factor on all lengths.
+    """
     scenario = load_scenario(name)
     rule = scenario.environment.classification
     rule = rule.__class__(rule.support, rule.lean, rule.min_area * scale**2)
@@ -37,7 +42,13 @@ def main(name: str, scale: float) -> None:
 
 
 def entry(identity: str, surface: Surface, scale: float) -> str:
-    """One polygon of the scenario file."""
+    """The TOML text of one scaled polygon.
+
+    Args:
+        identity: id of the surface.
+        surface: the surface.
+        scale: factor on all lengths.
+    """
     lines = ["[[environment.surfaces]]", f'id = "{identity}"']
     lines.append(f"vertices = {ring(surface.polygon.boundary * scale)}")
     if surface.polygon.holes:
@@ -47,8 +58,8 @@ def entry(identity: str, surface: Surface, scale: float) -> str:
     return "\n".join(lines)
 
 
-def ring(points: NDArray[np.float64]) -> str:
-    """Corners (n, 3) as nested arrays."""
+def ring(points: Array) -> str:
+    """The TOML text of some points (n, 3), metres."""
     corners = (", ".join(f"{value:g}" for value in point) for point in np.round(points, DIGITS) + 0)
     return "[" + ", ".join(f"[{corner}]" for corner in corners) + "]"
 

@@ -1,6 +1,6 @@
-"""Resolve requirements/*.txt anew and write requirements/constraints.txt.
+"""Resolve requirements/*.txt again and write requirements/constraints.txt.
 
-Run it with each supported Python; the second run adds what only that one needs:
+Run it with each supported Python; the second run adds the packages that only that one needs:
     .venv/bin/python scripts/update_constraints.py            # newest versions
     .venv/bin/python scripts/update_constraints.py --keep     # keep the pins, add what is missing
 """
@@ -25,16 +25,20 @@ HEADER = """\
 
 
 def canonical(name: str) -> str:
-    """The name as an index spells it."""
+    """The name of a package in the spelling of an index."""
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
 def resolve(extra: list[str]) -> dict[str, str]:
-    """Ask pip what it would install into an empty environment: name to version."""
+    """Version by name of the packages that pip would install into an empty environment.
+
+    Args:
+        extra: additional arguments of pip.
+    """
     with tempfile.TemporaryDirectory() as folder:
         report = Path(folder) / "report.json"
         command = [sys.executable, "-m", "pip", "install", "--dry-run", "--ignore-installed"]
-        # empy has no wheel; built with the setuptools at hand, so that nothing unpinned slips in
+        # empy has no wheel; it is built with the installed setuptools, which are pinned.
         command += ["--no-build-isolation", "--only-binary=:all:", "--no-binary=empy"]
         command += ["--quiet", f"--report={report}", *extra]
         for name in INPUTS:
@@ -45,6 +49,7 @@ def resolve(extra: list[str]) -> dict[str, str]:
 
 
 def main() -> None:
+    """Write the constraints."""
     keep = "--keep" in sys.argv[1:]
     pins: dict[str, str] = {}
     if keep:

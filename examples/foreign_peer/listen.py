@@ -1,9 +1,10 @@
-"""Receive the planner's latched contact sequence without ROS, by Cyclone DDS.
+"""Receive the planner's latched contact sequence without ROS, with Cyclone DDS.
 
     pip install cyclonedds
     python examples/foreign_peer/listen.py [--domain N] [--localhost] [--json]
 
-Prints the sequence, or all of it as JSON, and ends. A ROS topic `/a/b` is the DDS topic `rt/a/b`.
+Prints a summary of the sequence, or all of it as JSON, and ends. The DDS topic of a ROS
+topic `/a/b` is `rt/a/b`.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 from messages import ContactSequence
 
-# ROS nodes with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST are found by no multicast, and on the
-# loopback interface alone: at the ports of the first participants of the machine.
+# ROS nodes with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST do not use multicast. They are found on the
+# loopback interface only, at the ports of the first participants of the machine.
 LOCALHOST = """
 <CycloneDDS><Domain id="any">
   <General>
@@ -44,24 +45,32 @@ LATCHED = Qos(
 
 
 def receive(domain: int, topic: str, timeout: float) -> ContactSequence | None:
-    """The newest sequence; None if none came in time (seconds)."""
+    """The newest sequence, None if none arrives in time.
+
+    Args:
+        domain: DDS domain of the planner.
+        topic: DDS topic of the sequence.
+        timeout: longest time to wait, seconds.
+    """
     participant = DomainParticipant(domain)
     reader = DataReader(participant, Topic(participant, topic, ContactSequence), LATCHED)
     return next(reader.take_iter(timeout=duration(seconds=timeout)), None)
 
 
 def main() -> None:
-    """Print a sequence; exit code 1 if none comes."""
+    """Print a sequence; the exit code is 1 if none arrives."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--domain", type=int, default=0, help="ROS_DOMAIN_ID of the planner")
-    parser.add_argument("--localhost", action="store_true", help="it has LOCALHOST discovery")
+    parser.add_argument(
+        "--localhost", action="store_true", help="if the planner has LOCALHOST discovery"
+    )
     parser.add_argument("--topic", default="/rbprm_planner/contact_sequence")
     parser.add_argument("--timeout", type=float, default=30.0, help="seconds")
-    parser.add_argument("--json", action="store_true", help="all of it as JSON")
+    parser.add_argument("--json", action="store_true", help="print the whole sequence as JSON")
     arguments = parser.parse_args()
     settings = Domain(arguments.domain, LOCALHOST) if arguments.localhost else None
     sequence = receive(arguments.domain, f"rt{arguments.topic}", arguments.timeout)
-    del settings  # they hold as long as the object lives
+    del settings  # in use as long as the object exists
     if sequence is None:
         sys.exit(f"no sequence on {arguments.topic} within {arguments.timeout:g} s")
     if arguments.json:

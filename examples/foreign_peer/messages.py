@@ -1,7 +1,7 @@
-"""The contact sequence's messages for Cyclone DDS, written after rbprm_msgs/msg/*.msg.
+"""Types of the contact sequence's messages for Cyclone DDS, equal to rbprm_msgs/msg/*.msg.
 
-Field for field what the .msg files say, in their order. On the wire a ROS type `pkg/msg/Name` is
-called `pkg::msg::dds_::Name_`, and it is final: no fields come or go.
+The classes have the fields of the .msg files in their order. On the wire a ROS type `pkg/msg/Name`
+is called `pkg::msg::dds_::Name_`, and it is final: it has exactly these fields.
 """
 
 from dataclasses import dataclass
