@@ -73,10 +73,10 @@ def test_the_condition_is_right_on_flat_ground(
     low, high = np.array([-2.0, -2, 0.55]), np.array([2.0, 2, 0.65])
     bounds = RootBounds(low, high, np.array([3.0, 0.05, 0.05]))
     request = replace(rubble.request_for(hyq_data.robot, 0), bounds=bounds)
-    told: list[int] = []
-    (row,) = calibrate(request, hyq_data, flat_scene, 12, 0, scales=(1.1,), report=told.append)
+    reported: list[int] = []
+    (row,) = calibrate(request, hyq_data, flat_scene, 12, 0, scales=(1.1,), report=reported.append)
     assert row.true_positives == 12
-    assert told == list(range(1, 13))
+    assert reported == list(range(1, 13))
 
 
 def test_bounds_without_surfaces_are_bad_input(hyq_data: RobotData, rubble: Scenario) -> None:

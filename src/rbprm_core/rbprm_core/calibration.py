@@ -111,13 +111,13 @@ def calibrate(
     conditions = [Reachability(_scaled(data, scale), scene, required) for scale in scales]
     reach = None if request.gravity.any() else effector_places(data)
     sampler = RootSampler(space, scene, conditions[0], data.height, robot.reference[joints], reach)
-    truth = _Truth(request, data, scene, required, rng, tries)
+    search = _ContactSearch(request, data, scene, required, rng, tries)
     counts = np.zeros((len(scales), 2, 2), dtype=int)
     for done in range(1, samples + 1):
         root = _inside(space, sampler, rng)
-        stands = truth.stands(root)
+        found = search.contacts_exist(root)
         for k, condition in enumerate(conditions):
-            counts[k, int(condition.holds(root)), int(stands)] += 1
+            counts[k, int(condition.holds(root)), int(found)] += 1
         report(done)
     return [
         ScaleCounts(float(s), int(c[1, 1]), int(c[1, 0]), int(c[0, 1]), int(c[0, 0]))
@@ -140,7 +140,7 @@ def _inside(space: RootSpace, sampler: RootSampler, rng: np.random.Generator) ->
     raise InvalidInput("request.bounds", bounds, "leave no room over the surfaces")
 
 
-class _Truth:
+class _ContactSearch:
     """A search for a contact configuration at a root.
 
     A contact configuration is a whole-body configuration, free of collision, with all required
@@ -165,7 +165,7 @@ class _Truth:
         self._limbs = [k for k, limb in enumerate(data.robot.limbs) if limb.name in required]
         self._others = [k for k in range(len(data.robot.limbs)) if k not in self._limbs]
 
-    def stands(self, root: Array) -> bool:
+    def contacts_exist(self, root: Array) -> bool:
         """True where a contact configuration was found.
 
         Args:

@@ -6,14 +6,12 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.robot import Robot
 from rbprm_core.robot.bodies import Bodies, convex, find_exact_pairs, make_bodies, pair_test
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.model import ROOT_JOINT
-
-Array = NDArray[np.float64]
 
 
 def random_configuration(robot: Robot, rng: np.random.Generator) -> Array:

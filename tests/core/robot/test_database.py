@@ -9,14 +9,12 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.database import LimbDatabase
 from rbprm_core.scene import Scene, Surface, make_surface
 from rbprm_core.surface_kind import SurfaceKind
 
-Array = NDArray[np.float64]
 Box = Callable[..., list[Surface]]
 
 KINDS = (SurfaceKind.SUPPORT, SurfaceKind.LEAN, SurfaceKind.OTHER)

@@ -11,15 +11,12 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.resources import find_resource
 from rbprm_core.robot import Robot, RobotDescription, load_description
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.model import ROOT_JOINT
-
-Array = NDArray[np.float64]
 
 
 def robot_with(**changes: Any) -> Robot:

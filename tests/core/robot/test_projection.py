@@ -7,13 +7,11 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from rbprm_core.robot import Robot
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.projection import ROTATION_LENGTH, TOLERANCE, _facing_task, face, project
 
-Array = NDArray[np.float64]
 seeds = st.integers(0, 2**32 - 1)
 
 

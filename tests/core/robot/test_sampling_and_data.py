@@ -8,16 +8,14 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.errors import Cancelled, InvalidInput
 from rbprm_core.robot import Robot, RobotDescription, load_description
 from rbprm_core.robot.bodies import make_bodies, pair_test
 from rbprm_core.robot.data import RobotData, load_robot_data
 from rbprm_core.robot.sampling import MAX_TILT, PITCHED, sample_limb
 from rbprm_core.surface_kind import SurfaceKind
-
-Array = NDArray[np.float64]
 
 
 def nothing(share: float) -> None:
@@ -130,16 +128,16 @@ def test_the_same_again_from_the_cache(
     small_hyq: RobotDescription, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("RBPRM_CACHE_DIR", str(tmp_path))
-    told: list[float] = []
-    computed = load_robot_data(Robot.load(small_hyq), told.append)
-    assert told[0] == 0
-    assert told[-1] == 1
-    assert told == sorted(told)
+    reported: list[float] = []
+    computed = load_robot_data(Robot.load(small_hyq), reported.append)
+    assert reported[0] == 0
+    assert reported[-1] == 1
+    assert reported == sorted(reported)
     (file,) = tmp_path.iterdir()
     stamp = file.stat().st_mtime_ns
-    told.clear()
-    kept = load_robot_data(Robot.load(small_hyq), told.append)
-    assert set(told) == {1.0}
+    reported.clear()
+    kept = load_robot_data(Robot.load(small_hyq), reported.append)
+    assert set(reported) == {1.0}
     assert file.stat().st_mtime_ns == stamp
     same_data(computed, kept)
 

@@ -7,16 +7,14 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from rbprm_core.arrays import Array
 from rbprm_core.errors import InvalidInput
 from rbprm_core.robot import Robot, load_description
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.model import ROOT_JOINT
 from rbprm_core.robot.volumes import reachable_workspace, simplify, trunk_volume
-
-Array = NDArray[np.float64]
 
 
 def beyond(points: Array, body: Array) -> float:
