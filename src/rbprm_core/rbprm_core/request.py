@@ -155,6 +155,8 @@ class PlanRequest:
             if low > high:
                 reason = f"is empty: the lower bound {low:g} is over the upper bound {high:g}"
                 raise InvalidInput(f"bounds.{axis}", [float(low), float(high)], reason)
+        if self.seed < 0:
+            raise InvalidInput("seed", self.seed, "must not be negative")
         check_options(self.options, "options.")
         GUIDE_PLANNERS.get(self.stages.guide, "stages.guide")
         one_of("stages.contacts", self.stages.contacts, CONTACT_PLANNERS)
@@ -245,7 +247,7 @@ class PlanRequest:
 class _Checked(RequestFields, extra="forbid"):
     """Types and ranges of a whole request."""
 
-    seed: Annotated[int, Field(ge=0)]
+    seed: int
     stages: StageNames
     options: PlannerOptions
 

@@ -139,6 +139,29 @@ def test_plan_and_check_a_users_scenario(run: Run, hyq_data: RobotData, tmp_path
         assert figure in checked.stdout
 
 
+def test_a_plan_file_is_planned_again(
+    run: Run, refuse: Refuse, hyq_data: RobotData, tmp_path: Path
+) -> None:
+    first, second, third = (str(tmp_path / f"{name}.json") for name in "abc")
+    mine = scenario(tmp_path)
+    assert run("plan", mine, "--seed", "4", "--out", first).returncode == VALID
+    Path(mine).unlink()
+    done = run("plan", first, "--out", second)
+    assert (done.returncode, done.stderr) == (VALID, "")
+    plans = [ContactPlan.read(file) for file in (first, second)]
+    assert plans[0].states == plans[1].states
+    assert plans[0].request == plans[1].request
+    assert run("plan", first, "--seed", "5", "--out", third).returncode == VALID
+    assert ContactPlan.read(third).request.seed == 5
+    assert "robot = 'anymal': a plan is planned again" in refuse("plan", first, "--robot", "anymal")
+
+
+def test_a_plan_of_version_1_is_not_planned_again(refuse: Refuse) -> None:
+    file = Path(__file__).parents[1] / "data" / "version_1.plan.json"
+    assert "robot.description = None: is missing" in refuse("plan", str(file))
+    assert "cannot be read" in refuse("plan", "absent.json")
+
+
 def test_states_below_the_threshold_are_accepted_and_reported(
     run: Run, hyq_data: RobotData, tmp_path: Path
 ) -> None:

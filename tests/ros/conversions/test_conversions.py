@@ -228,6 +228,13 @@ def test_what_a_request_may_not_say(
     assert caught.value.field == field
 
 
+def test_each_known_robot_is_listed_once(environment: Environment) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        job_of_message(Plan.Request(robot="spot"), Settings(), environment)
+    assert caught.value.field == "robot"
+    assert caught.value.reason.count("hyq") == 1
+
+
 def test_defaults_of_a_request(request_made: PlanRequest, environment: Environment) -> None:
     settings = parse_settings({"time_limit": 5.0, "robustness_threshold": 8.0})
     message = type(request_message(request_made, "", 0.0))()

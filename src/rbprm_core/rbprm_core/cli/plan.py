@@ -18,18 +18,24 @@ from rbprm_core.guide.root.planners import PLANNERS
 from rbprm_core.option_names import warn_renamed
 from rbprm_core.plan_conversion.states_to_plan import contact_plan
 from rbprm_core.plan_record import ContactPlan
+from rbprm_core.plan_record.request_entry import MAX_TIME_LIMIT
 from rbprm_core.planner import plan as plan_request
+from rbprm_core.planning_input import (
+    PlanningInput,
+    input_from_plan,
+    input_from_scenario,
+    is_plan_file,
+)
 from rbprm_core.portfolio.portfolio import plan_portfolio
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot.data import load_robot_data
-from rbprm_core.scenario import load_scenario
 from rbprm_core.validation import finite_number
 
 
 @click.command(short_help="Plan a scenario, and check the plan.")
 @click.argument("scenario")
 @click.option("--robot", help="A known robot, or a robot file; the scenario's own by default.")
-@click.option("--seed", default=0, show_default=True, help="Of everything that is random.")
+@click.option("--seed", type=int, help="Seed of the random generator: 0 by default, or the plan's.")
 @click.option(
     "--jobs",
     type=click.IntRange(min=1),
@@ -54,7 +60,7 @@ from rbprm_core.validation import finite_number
 def plan(
     scenario: str,
     robot: str | None,
-    seed: int,
+    seed: int | None,
     jobs: int,
     guide: str | None,
     time_limit: float | None,
@@ -65,6 +71,9 @@ def plan(
 ) -> None:
     """Plan SCENARIO, a known name or a scenario file, and check the plan.
 
+    SCENARIO may be a plan file (.json), too, which is planned again from its own request, robot and
+    environment: the same states, unless an option changes something.
+
     Robot data (workspaces, sample databases) are computed on a robot's first use and kept; the
     time limit starts after that. Of several jobs the plan names the seed that won; --seed with
     that one alone gives the same plan again.
@@ -72,20 +81,18 @@ def plan(
     if most_robust:
         warn_renamed("--most-robust", "--accept-below-threshold")
         accept_below_threshold = True
-    text = load_scenario(scenario)
-    if seed < 0:
-        raise InvalidInput("seed", seed, "must not be negative")
     if out is not None and not out.absolute().parent.is_dir():
         raise InvalidInput("out", str(out), "its folder does not exist")
-    model = text.load_robot(robot)
-    limit = text.request_text(model.name).time_limit if time_limit is None else time_limit
-    limit = finite_number("time_limit", limit, low=MIN_TIME_LIMIT)
-    request = text.request_for(model, seed, robustness)
+    given = _input(scenario, robot, seed, robustness)
+    model, request = given.robot, given.request
+    limit = request.time_limit if time_limit is None else time_limit
+    limit = finite_number("time_limit", limit, low=MIN_TIME_LIMIT, high=MAX_TIME_LIMIT)
+    request = replace(request, time_limit=limit)
     if guide is not None:
         request = _guided_by(guide, request)
     if accept_below_threshold:
         request = _accept_below_threshold(request)
-    scene = text.scene()
+    scene = given.scene()
     console = Console()
     with StageBars(console) as bars:
         data = load_robot_data(model, bars.robot_data)
@@ -93,7 +100,7 @@ def plan(
             outcome = plan_request(request, data, scene, Budget(limit, report=bars.planning))
         else:
             request, outcome = plan_portfolio(request, data, scene, limit, jobs, bars.seed)
-    result = contact_plan(outcome, request, model, text.environment_entry())
+    result = contact_plan(outcome, request, model, given.environment)
     if out is not None:
         result.write(out)
     report = check_plan(result)
@@ -103,6 +110,17 @@ def plan(
     console.print(f"written to {out}" if out else "not written; --out FILE keeps the plan")
     if not report.valid:
         raise click.exceptions.Exit(1)
+
+
+def _input(
+    scenario: str, robot: str | None, seed: int | None, robustness: float | None
+) -> PlanningInput:
+    """What is planned: a scenario, or the request of an earlier plan."""
+    if not is_plan_file(scenario):
+        return input_from_scenario(scenario, robot, seed or 0, robustness)
+    if robot is not None:
+        raise InvalidInput("robot", robot, "a plan is planned again for the robot that it names")
+    return input_from_plan(ContactPlan.read(scenario), seed, robustness)
 
 
 def _guided_by(planner: str, request: PlanRequest) -> PlanRequest:

@@ -11,13 +11,14 @@ from rbprm_core.plan_record.records import PlanRecord, Pose
 from rbprm_core.validation import MAX_FORCE, Acceleration, Coordinate, Robustness
 
 MIN_GRIP = 1e-3  # newtons
+MAX_TIME_LIMIT = 1e6  # seconds
 GRIP_FORCE = 10.0  # newtons
 
 Range = tuple[Coordinate, Coordinate]
 HalfRange = Annotated[float, Field(ge=0, le=math.tau)]
 Gravity = tuple[Acceleration, Acceleration, Acceleration]
 GripForce = Annotated[float, Field(ge=MIN_GRIP, le=MAX_FORCE)]
-TimeLimit = Annotated[float, Field(gt=0, le=1e6)]
+TimeLimit = Annotated[float, Field(gt=0, le=MAX_TIME_LIMIT)]
 
 
 class BoundsEntry(PlanRecord):

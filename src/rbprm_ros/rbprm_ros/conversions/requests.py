@@ -60,7 +60,8 @@ def job_of_message(
     """
     start = _placement(message.start, settings, "start")
     goal = _placement(message.goal, settings, "goal")
-    robot = one_of("robot", message.robot or settings.robot, (*known_robots(), settings.robot))
+    known = tuple(dict.fromkeys((*known_robots(), settings.robot)))
+    robot = one_of("robot", message.robot or settings.robot, known)
     choice = RobotChoice(robot, tuple(message.limbs), tuple(message.root_joints))
     limbs = _chosen_limbs(choice)
     snapshot = environment.snapshot
