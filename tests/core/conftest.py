@@ -11,9 +11,10 @@ from hypothesis import settings
 from numpy.typing import NDArray
 
 from rbprm_core.budget import Budget
+from rbprm_core.outcome import Outcome
 from rbprm_core.plan_conversion.states_to_plan import contact_plan
 from rbprm_core.plan_record import ContactPlan
-from rbprm_core.planner import Outcome, plan
+from rbprm_core.planner import plan
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot import Robot, RobotDescription, load_description
 from rbprm_core.robot.data import RobotData, load_robot_data

@@ -10,9 +10,10 @@ import pytest
 from rbprm_core.budget import Budget
 from rbprm_core.check import CheckReport, Kind, check_plan
 from rbprm_core.errors import InvalidInput
+from rbprm_core.outcome import Outcome
 from rbprm_core.plan_conversion.states_to_plan import contact_plan
 from rbprm_core.plan_record import ContactPlan, StateEntry
-from rbprm_core.planner import Outcome, plan
+from rbprm_core.planner import plan
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scenario import Scenario, load_scenario
 

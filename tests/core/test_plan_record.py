@@ -13,9 +13,9 @@ import pytest
 
 from rbprm_core.check import check_plan, count_transitions
 from rbprm_core.errors import InvalidInput
+from rbprm_core.outcome import Outcome
 from rbprm_core.plan_conversion.states_to_plan import robot_entry
 from rbprm_core.plan_record import FORMAT, ContactPlan
-from rbprm_core.planner import Outcome
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot import Robot
 from rbprm_core.robot.data import RobotData

@@ -28,11 +28,13 @@ from rbprm_core.errors import (
     StartUnreachable,
     TimeLimitReached,
 )
+from rbprm_core.failures import Cause, Failure
 from rbprm_core.guide.root import GuideOptions, GuidePath, Reachability, RootBounds, RrtOptions
+from rbprm_core.outcome import Outcome
 from rbprm_core.placement import Placement
 from rbprm_core.plan_conversion.states_to_plan import contact_plan
 from rbprm_core.plan_record import ContactPlan, EnvironmentEntry, MeshEntry, SurfaceEntry
-from rbprm_core.planner import Outcome, plan
+from rbprm_core.planner import plan
 from rbprm_core.request import PlannerOptions, PlanRequest
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scenario import Scenario, load_scenario
@@ -44,6 +46,9 @@ Outcomes = dict[int, tuple[PlanRequest, Outcome]]
 SQUARE = ((-5.0, -5.0, 0.0), (5.0, -5.0, 0.0), (5.0, 5.0, 0.0), (-5.0, 5.0, 0.0))
 GROUND = EnvironmentEntry(name="ground", surfaces=(SurfaceEntry(id="ground", vertices=SQUARE),))
 LEGS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
+ALONG_GUIDE = "rbprm_core.contacts.along_guide.planner"
+NO_GUIDE = Failure.of(Cause.TREES_NOT_CONNECTED, samples=40, start_nodes=1, goal_nodes=1)
+NO_WAY = Failure.of(Cause.ROOT_COLLISION)
 FEW = PlannerOptions(guide=GuideOptions(rrt=RrtOptions(iterations=40)), guides=2)
 
 PROGRAM = """
@@ -261,12 +266,12 @@ def test_a_cancel_is_heard_in_every_stage(
 
 @pytest.mark.parametrize(("end", "error"), [("start", StartUnreachable), ("goal", GoalUnreachable)])
 @pytest.mark.parametrize(
-    ("position", "limb", "reason"),
+    ("position", "limb", "cause"),
     [
-        ((1.5, 0, 2.5), "lf_leg", "no support surface in the workspace of limb lf_leg"),
-        ((1.5, 0, 0.1), "", "trunk"),
-        ((-3.0, 0, 1.0), "", "inside an obstacle"),
-        ((3.55, 0, 0.6), "lf_leg", "no support surface in the workspace of limb lf_leg"),
+        ((1.5, 0, 2.5), "lf_leg", Cause.NO_SURFACE_IN_WORKSPACE),
+        ((1.5, 0, 0.1), "", Cause.TRUNK_COLLISION),
+        ((-3.0, 0, 1.0), "", Cause.TRUNK_IN_OBSTACLE),
+        ((3.55, 0, 0.6), "lf_leg", Cause.NO_SURFACE_IN_WORKSPACE),
     ],
 )
 def test_an_end_that_cannot_be(
@@ -276,13 +281,13 @@ def test_an_end_that_cannot_be(
     error: type[StartUnreachable],
     position: tuple[float, float, float],
     limb: str,
-    reason: str,
+    cause: Cause,
 ) -> None:
     block = make_box("block", np.array([-4.5, -1.5, 0.0]), np.array([-1.5, 1.5, 2.0]))
     scene = Scene([island("ground", -5.0, 3.4), *block])
-    with pytest.raises(error, match=reason) as caught:
+    with pytest.raises(error) as caught:
         plan(walk_to(1.0, **{end: Placement.parse(position)}), hyq_data, scene, Budget(60.0))
-    assert caught.value.limb == limb
+    assert (caught.value.failure.cause, caught.value.limb) == (cause, limb)
     assert f"the {end} is not reachable" in str(caught.value)
 
 
@@ -306,16 +311,19 @@ def test_an_end_out_of_bounds_is_bad_input(
 
 
 def test_more_robustness_than_there_is(hyq_data: RobotData, flat_scene: Scene) -> None:
-    with pytest.raises(StartUnreachable, match="equilibrium") as caught:
+    with pytest.raises(StartUnreachable) as caught:
         plan(walk_to(1.0, robustness_threshold=1e4), hyq_data, flat_scene, Budget(60.0))
+    assert caught.value.failure.cause == Cause.NO_EQUILIBRIUM
     assert caught.value.limb in LEGS
 
 
 def test_no_guide_over_a_gap(hyq_data: RobotData) -> None:
     scene = Scene([island("a", -2, 1), island("b", 3, 5)])
     request = walk_to(4.0, options=FEW)
-    with pytest.raises(NoGuideFound, match="samples did not connect"):
+    with pytest.raises(NoGuideFound) as caught:
         plan(request, hyq_data, scene, Budget(60.0))
+    assert caught.value.failure.cause == Cause.TREES_NOT_CONNECTED
+    assert caught.value.failure.figure("samples") == 40
 
 
 def test_no_sequence_where_only_the_left_feet_find_ground(hyq_data: RobotData) -> None:
@@ -373,11 +381,11 @@ def attempts(
         tried.append(len(tried))
         assert direct == (tried == [0])
         if not found(tried[-1]):
-            raise NoGuideFound("too few samples")
+            raise NoGuideFound(NO_GUIDE)
         return GuidePath(np.array([[0, 0, 0.6, 0, 0, 0, 1], [1, 0, 0.6, 0, 0, 0, 1.0]]))
 
     def stop(*_: object) -> NoReturn:
-        raise ended(NoSequenceFound(1, "", "no way", 0.5), 0.5, 2)
+        raise ended(NoSequenceFound(1, NO_WAY, 0.5), 0.5, 2)
 
     def end(
         generator: ContactGenerator,
@@ -389,9 +397,9 @@ def attempts(
         ends.append(which)
         return start_state(generator, root, limbs, which, budget)
 
-    monkeypatch.setattr("rbprm_core.planner._Planning._guide", guide)
-    monkeypatch.setattr("rbprm_core.planner.plan_sequence", stop)
-    monkeypatch.setattr("rbprm_core.planner.start_state", end)
+    monkeypatch.setattr("rbprm_core.planner._Pipeline._guide", guide)
+    monkeypatch.setattr(f"{ALONG_GUIDE}.plan_sequence", stop)
+    monkeypatch.setattr(f"{ALONG_GUIDE}.start_state", end)
     return tried, ends
 
 
@@ -437,31 +445,31 @@ def test_the_goal_is_tried_once_after_some_attempts(
 
 
 @pytest.mark.parametrize(
-    ("reason", "told"),
+    ("cause", "kind"),
     [
-        ("limb lf_leg finds no contact there (no candidate near a surface)", GoalUnreachable),
-        ("limb lf_leg finds no contact there (equilibrium)", GoalUnreachable),
-        ("limb lf_leg finds no contact there (kinematics)", NoSequenceFound),
-        ("limb lf_leg, at its reference posture, is in collision", NoSequenceFound),
+        (Cause.NO_CANDIDATE, GoalUnreachable),
+        (Cause.NO_EQUILIBRIUM, GoalUnreachable),
+        (Cause.NO_KINEMATIC_SOLUTION, NoSequenceFound),
+        (Cause.REFERENCE_POSTURE_COLLISION, NoSequenceFound),
     ],
 )
 def test_a_goal_that_another_posture_may_reach_is_not_refused(
     hyq_data: RobotData,
     flat_scene: Scene,
     monkeypatch: pytest.MonkeyPatch,
-    reason: str,
-    told: type[RbprmError],
+    cause: Cause,
+    kind: type[RbprmError],
 ) -> None:
     attempts(monkeypatch, lambda attempt: True)
 
-    def refuse(*arguments: Any, **_: Any) -> State:
+    def refuse(*arguments: Any, **options: Any) -> State:
         if "goal" in map(str, arguments):
-            raise GoalUnreachable(reason, "lf_leg")
-        return start_state(*arguments)
+            raise GoalUnreachable(Failure.of(cause, "lf_leg"))
+        return start_state(*arguments, **options)
 
-    monkeypatch.setattr("rbprm_core.planner.start_state", refuse)
+    monkeypatch.setattr(f"{ALONG_GUIDE}.start_state", refuse)
     request = walk_to(1.0, options=PlannerOptions(guides=3), goal_limbs=LEGS)
-    with pytest.raises(told):
+    with pytest.raises(kind):
         plan(request, hyq_data, flat_scene, Budget(60.0))
 
 
@@ -479,9 +487,9 @@ def test_roots_avoided_are_forgotten_where_they_close_the_way(hyq_data: RobotDat
 def test_a_goal_on_two_legs_is_not_reachable(hyq_data: RobotData) -> None:
     scene = Scene([island("ground", -2, 1)])
     request = walk_to(1.2, options=FEW, required_limbs=LEGS[2:])
-    with pytest.raises(GoalUnreachable, match="finds no contact") as caught:
+    with pytest.raises(GoalUnreachable) as caught:
         plan(replace(request, goal_limbs=LEGS), hyq_data, scene, Budget(60.0))
-    assert caught.value.limb == "lf_leg"
+    assert caught.value.failure == Failure.of(Cause.NO_CANDIDATE, "lf_leg")
     with pytest.raises(NoSequenceFound) as stopped:  # any limbs may do; it cannot know which
         plan(request, hyq_data, scene, Budget(60.0))
     assert len(caught.value.states) == len(stopped.value.states) > 1
@@ -535,14 +543,14 @@ def test_the_states_are_of_the_attempt_that_came_farthest(
     states: int,
     kept: int,
 ) -> None:
-    best = ended(NoSequenceFound(4, "", "no way", 0.5), 0.5, 5)
+    best = ended(NoSequenceFound(4, NO_WAY, 0.5), 0.5, 5)
     last = Cancelled("sequence") if kind is Cancelled else TimeLimitReached(60.0, "sequence")
     ends = iter([best, ended(last, fraction, states)])
 
     def attempt(*_: object) -> NoReturn:
         raise next(ends)
 
-    monkeypatch.setattr("rbprm_core.planner.plan_sequence", attempt)
+    monkeypatch.setattr(f"{ALONG_GUIDE}.plan_sequence", attempt)
     with pytest.raises(kind) as caught:
         plan(walk_to(1.0), hyq_data, flat_scene, Budget(60.0))
     assert len(caught.value.states) == kept
@@ -560,7 +568,7 @@ def test_no_limb_is_required(hyq_data: RobotData, flat_scene: Scene) -> None:
 def test_a_limb_that_need_not_reach_is_free_to(hyq_data: RobotData, flat_scene: Scene) -> None:
     request = walk_to(0.6, required_limbs=LEGS[:3], start_limbs=LEGS[:3])
     outcome = plan(request, hyq_data, flat_scene, Budget(60.0))
-    assert outcome.states[0].free == (3,)
+    assert [contact.limb for contact in outcome.states[0].contacts] == [0, 1, 2]
     assert_clean(contact_plan(outcome, request, hyq_data.robot, GROUND))
 
 

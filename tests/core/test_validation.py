@@ -17,6 +17,8 @@ from rbprm_core.errors import (
     RbprmError,
     StartUnreachable,
 )
+from rbprm_core.failure_text import failure_text
+from rbprm_core.failures import Cause, Failure
 from rbprm_core.validation import finite_array, finite_number, one_of
 
 
@@ -90,6 +92,7 @@ def test_every_error_has_a_code_of_its_own() -> None:
 
 
 def test_where_a_sequence_stopped() -> None:
-    text = str(NoSequenceFound(7, "lf_leg", "finds no contact", 0.25))
-    assert "after state 7 at limb lf_leg, 25% of the guide: finds no contact" in text
-    assert "at limb" not in str(NoSequenceFound(7, "", "blocked", 0.25))
+    failure = Failure.of(Cause.NO_EQUILIBRIUM, "lf_leg")
+    text = str(NoSequenceFound(7, failure, 0.25))
+    assert f"after state 7, 25% of the guide: {failure_text(failure)}: " in text
+    assert "limb" not in str(NoSequenceFound(7, Failure.of(Cause.ROOT_COLLISION), 0.25))

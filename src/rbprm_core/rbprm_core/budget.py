@@ -12,16 +12,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from rbprm_core.errors import Cancelled, InvalidInput, TimeLimitReached
+from rbprm_core.stages import Stage
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Where the work stands.
+    """Progress of a computation.
 
     Attributes:
-        stage: "robot data", "start", "guide", "shortcut" or "sequence".
+        stage: name of the present stage, a `rbprm_core.stages.Stage`.
         fraction: share of the stage that is done, 0 to 1.
-        states: states of the sequence so far.
+        states: number of states of the sequence so far.
         elapsed: seconds since the budget was made.
     """
 
@@ -35,12 +36,15 @@ MIN_TIME_LIMIT = 1e-3  # seconds
 
 
 class Budget:
-    """What a computation may spend, and whom it tells.
+    """Time limit, cancel flag and progress report of a computation.
 
     Args:
-        time_limit: seconds, positive; infinity for none.
-        cancelled: asked at every check; True ends the work with `Cancelled`.
+        time_limit: time limit, seconds, positive; infinity for none.
+        cancelled: called at every check; True ends the computation with `Cancelled`.
         report: called with a `Progress` at every check.
+
+    Attributes:
+        time_limit: time limit, seconds.
     """
 
     def __init__(
@@ -54,7 +58,7 @@ class Budget:
         self.time_limit = time_limit
         self._cancelled = cancelled
         self._report = report
-        self._stage = "start"
+        self._stage: str = Stage.START
         self._start = time.monotonic()
 
     @property
@@ -63,11 +67,16 @@ class Budget:
         return time.monotonic() - self._start
 
     def check(self, stage: str, fraction: float = 0.0, states: int = 0) -> None:
-        """Tell the progress, then stop the work where it must stop.
+        """Report the progress, then stop the computation where it must stop.
+
+        Args:
+            stage: name of the present stage.
+            fraction: share of the stage that is done, 0 to 1.
+            states: number of states of the sequence so far.
 
         Raises:
-            Cancelled: the caller asked for it.
-            TimeLimitReached: the limit has passed.
+            Cancelled: the caller requested it.
+            TimeLimitReached: the time limit has passed.
         """
         self._stage = stage
         if self._report is not None:
@@ -75,13 +84,13 @@ class Budget:
         self.poll()
 
     def poll(self) -> None:
-        """Stop the work where it must stop: a check that has no progress to tell.
+        """Stop the computation where it must stop, without a report of progress.
 
-        For work within a step: it has to be asked every few hundredths of a second, so that a
-        cancel or the time limit is kept to a tenth.
+        To be called every few hundredths of a second, so that a cancel or the time limit takes
+        effect within a tenth of a second.
 
         Raises:
-            Cancelled, TimeLimitReached: as `check`, in the stage that was told last.
+            Cancelled, TimeLimitReached: as `check`, in the stage reported last.
         """
         if self._cancelled is not None and self._cancelled():
             raise Cancelled(self._stage)

@@ -17,6 +17,7 @@ from rbprm_core.body.contact import Contact
 from rbprm_core.contacts.along_guide import ContactGenerator
 from rbprm_core.contacts.along_guide.look_ahead import LookAhead
 from rbprm_core.errors import InvalidInput
+from rbprm_core.failures import Cause
 from rbprm_core.guide.root import Reachability, RootSampler, RootSpace
 from rbprm_core.guide.root.sampler import BATCH, effector_places
 from rbprm_core.request import PlanRequest, limb_names
@@ -174,7 +175,7 @@ class _ContactSearch:
         generator, robot = self._generator, self._generator.robot
         q = robot.reference.copy()
         q[robot.root_index] = root
-        if not generator.collision.root_free(q):
+        if not generator.body.collision.root_free(q):
             return False
         limbs = np.array(self._limbs, dtype=int)
         orders = [limbs, *(self._rng.permutation(limbs) for _ in range(self._tries - 1))]
@@ -185,12 +186,12 @@ class _ContactSearch:
         generator, still = self._generator, LookAhead.still(root)
         contacts: list[Contact] = []
         for limb in order:
-            threshold = generator.threshold if limb == order[-1] else -np.inf
-            found = generator.generate(q, limb, contacts, still, threshold=threshold)
-            if isinstance(found, str):
+            minimum = generator.min_robustness if limb == order[-1] else -np.inf
+            found = generator.generate(q, limb, contacts, still, min_robustness=minimum)
+            if isinstance(found, Cause):
                 return False
-            q = found[0]
-            contacts.append(found[1])
+            q = found.q
+            contacts.append(found.contact)
         for limb in self._others:
             rested = generator.rest(q, limb, self._rng)
             if rested is None:

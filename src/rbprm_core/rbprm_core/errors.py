@@ -1,13 +1,27 @@
-"""One tree of errors. Each carries its data, and its text says what to change."""
+"""One tree of errors. Each carries its data; its text says what happened and what to change."""
 
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from rbprm_core.failure_text import (
+    GUIDE_REMEDY,
+    failure_text,
+    root_remedy,
+    sequence_remedy,
+)
+from rbprm_core.failures import Failure
+
+if TYPE_CHECKING:
+    from rbprm_core.plan_record import Statistics
 
 
 class ErrorCode(IntEnum):
-    """The ways to fail. Values are part of the interface: messages and exit codes use them."""
+    """The ways to fail. The values are part of the interface: messages and exit codes use them.
+
+    Values up to 99 belong to this package; those of the ROS node begin at 100.
+    """
 
     SUCCESS = 0
     INTERNAL = 1
@@ -20,22 +34,33 @@ class ErrorCode(IntEnum):
     CANCELLED = 8
 
 
+MAX_SHOWN = 200  # characters of an offending value in an error text
+
+
 class RbprmError(Exception):
     """Root of every error that this package raises on purpose.
 
     Attributes:
-        statistics: `plan_record.Statistics` of the planning that the error ended, or None.
-        states: those of the contact sequence that were found until then, a partial result.
-        fraction: share of their guide that these states cover, 0 to 1.
+        code: the way to fail.
+        failure: cause and fields of a planning failure; None for errors of another kind.
+        statistics: statistics of the planning that the error ended, None where it ended none.
+        states: states of the contact sequence that were found until then, a partial result.
+        fraction: share of the guide that these states cover, 0 to 1.
     """
 
     code = ErrorCode.INTERNAL
-    statistics: Any = None
+    failure: Failure | None = None
+    statistics: Statistics | None = None
     states: tuple[Any, ...] = ()
     fraction = 0.0
 
+    @property
+    def limb(self) -> str:
+        """Name of the limb at fault, "" where no single limb is."""
+        return "" if self.failure is None else self.failure.limb
+
     def __reduce__(self) -> tuple[Any, ...]:
-        """For the way from one process to another: pickle would call `__init__` with the text."""
+        """Pickle by type and data; the default would call `__init__` with the text alone."""
         return _restored, (type(self), self.args, self.__dict__)
 
 
@@ -59,110 +84,112 @@ class InvalidInput(RbprmError):
     def __init__(self, field: str, value: Any, reason: str) -> None:
         self.field, self.value, self.reason = field, value, reason
         shown = repr(value)
-        if len(shown) > 200:
-            shown = f"{shown[:200]}… ({len(shown)} characters)"
+        if len(shown) > MAX_SHOWN:
+            shown = f"{shown[:MAX_SHOWN]}… ({len(shown)} characters)"
         super().__init__(f"{field} = {shown}: {reason}")
 
 
-ROOT_REMEDIES = (
-    ("equilibrium", "lower the robustness threshold, move the root, or put other limbs in contact"),
-    ("robustness", "lower the robustness threshold, move the root, or put other limbs in contact"),
-    ("weight", "move the root, or require more limbs"),
-    ("obstacle", "move the root out of it"),
-    ("colli", "move the root away from what it collides with"),
-    ("carries", "begin from a state whose contacts are there, or send their surfaces"),
-    ("is to be in contact", "name limbs in contact"),
-    ("", "move the root, put fewer limbs in contact, or send more surfaces"),
-)
-"""What to change, by what a reason contains: the first that fits."""
-
-SEQUENCE_REMEDIES = (
-    ("equilibrium", "lower the robustness threshold, or try another seed or more guides"),
-    ("robustness", "lower the robustness threshold, or try another seed or more guides"),
-    ("", "try another seed, more guides, or a smaller sequence.min_step"),
-)
-"""As above, of a sequence that stopped."""
-
-
-def _remedy(remedies: tuple[tuple[str, str], ...], reason: str) -> str:
-    return next(remedy for part, remedy in remedies if part in reason)
-
-
 class RootUnreachable(RbprmError):
-    """No contact configuration exists at a root placement that was asked for."""
+    """No contact state exists at the requested start or goal of the root.
 
-    def __init__(self, which: str, reason: str, limb: str = "") -> None:
-        self.which, self.reason, self.limb = which, reason, limb
-        super().__init__(
-            f"the {which} is not reachable: {reason}: {_remedy(ROOT_REMEDIES, reason)}"
-        )
+    Args:
+        which: "start" or "goal".
+        failure: why there is none.
+    """
+
+    failure: Failure
+
+    def __init__(self, which: str, failure: Failure) -> None:
+        self.which, self.failure = which, failure
+        text = failure_text(failure)
+        super().__init__(f"the {which} is not reachable: {text}: {root_remedy(failure)}")
 
 
 class StartUnreachable(RootUnreachable):
-    """The start root placement admits no contact configuration."""
+    """No contact state exists at the start of the root.
+
+    Args:
+        failure: why there is none.
+    """
 
     code = ErrorCode.START_UNREACHABLE
 
-    def __init__(self, reason: str, limb: str = "") -> None:
-        super().__init__("start", reason, limb)
+    def __init__(self, failure: Failure) -> None:
+        super().__init__("start", failure)
 
 
 class GoalUnreachable(RootUnreachable):
-    """The goal root placement admits no contact configuration."""
+    """No contact state exists at the goal of the root.
+
+    Args:
+        failure: why there is none.
+    """
 
     code = ErrorCode.GOAL_UNREACHABLE
 
-    def __init__(self, reason: str, limb: str = "") -> None:
-        super().__init__("goal", reason, limb)
+    def __init__(self, failure: Failure) -> None:
+        super().__init__("goal", failure)
 
 
 class NoGuideFound(RbprmError):
-    """P1 ended without a path of the root."""
+    """The guide planner (P1) ended without a path of the root.
+
+    Args:
+        failure: why there is none.
+        nodes: number of nodes of the search.
+    """
 
     code = ErrorCode.NO_GUIDE
+    failure: Failure
 
-    def __init__(self, reason: str, nodes: int = 0) -> None:
-        self.reason, self.nodes = reason, nodes
-        super().__init__(f"no guide path found: {reason}")
+    def __init__(self, failure: Failure, nodes: int = 0) -> None:
+        self.failure, self.nodes = failure, nodes
+        super().__init__(f"no guide path found: {failure_text(failure)}: {GUIDE_REMEDY}")
 
 
 class NoSequenceFound(RbprmError):
-    """P2 stopped before the goal.
+    """The contact planner (P2) stopped before the goal.
 
-    Attributes:
+    Args:
         state: index of the last state reached.
-        limb: limb that could not be placed ("" where no single limb is to blame).
-        reason: why.
+        failure: why no further state was found.
         fraction: share of the guide that was covered, 0 to 1.
         states: the states up to there, a partial result.
-        where: text of where it stopped and why, without what to change.
     """
 
     code = ErrorCode.NO_SEQUENCE
+    failure: Failure
 
     def __init__(
-        self, state: int, limb: str, reason: str, fraction: float, states: tuple[Any, ...] = ()
+        self, state: int, failure: Failure, fraction: float, states: tuple[Any, ...] = ()
     ) -> None:
-        self.state, self.limb, self.reason = state, limb, reason
+        self.state, self.failure = state, failure
         self.fraction, self.states = fraction, states
-        who = f" at limb {limb}" if limb else ""
-        self.where = f"stopped after state {state}{who}, {fraction:.0%} of the guide: {reason}"
-        remedy = _remedy(SEQUENCE_REMEDIES, reason)
-        super().__init__(f"no contact sequence found: {self.where}: {remedy}")
+        super().__init__(f"no contact sequence found: {self.summary}: {sequence_remedy(failure)}")
+
+    @property
+    def summary(self) -> str:
+        """Where the sequence stopped and why, without what to change."""
+        text = failure_text(self.failure)
+        return f"stopped after state {self.state}, {self.fraction:.0%} of the guide: {text}"
 
 
 class TimeLimitReached(RbprmError):
     """The time limit of the request ran out.
 
-    Attributes:
-        best: the failure of the attempt that came farthest, None where none had ended.
+    Args:
+        limit: the time limit, seconds.
+        stage: name of the stage in which it ran out, a `rbprm_core.stages.Stage`.
+        best: failure of the attempt that covered the largest share of its guide, None where no
+            attempt had ended.
     """
 
     code = ErrorCode.TIME_LIMIT
 
     def __init__(self, limit: float, stage: str, best: NoSequenceFound | None = None) -> None:
         self.limit, self.stage, self.best = limit, stage, best
-        before = f" (best attempt before: {best.where})" if best is not None else ""
+        self.failure = None if best is None else best.failure
+        before = f" (best attempt before: {best.summary})" if best is not None else ""
         super().__init__(
             f"time limit of {limit:g} s reached in stage {stage}: "
             f"raise the limit or ease the request{before}"
@@ -170,7 +197,11 @@ class TimeLimitReached(RbprmError):
 
 
 class Cancelled(RbprmError):
-    """The caller asked to stop."""
+    """The caller requested a stop.
+
+    Args:
+        stage: name of the stage that was stopped, a `rbprm_core.stages.Stage`.
+    """
 
     code = ErrorCode.CANCELLED
 

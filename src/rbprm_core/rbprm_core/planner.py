@@ -1,20 +1,24 @@
-"""Request to plan: the guide (P1), the sequence along it (P2), and new guides where it stops."""
+"""The pipeline from a request to a plan: guide (P1), contact sequence (P2), and new guides.
+
+A guide that no contact sequence follows teaches the guide planner which root to avoid; then another
+guide is searched, until the time limit.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.body.state import State
 from rbprm_core.budget import Budget
-from rbprm_core.contacts.along_guide import ContactGenerator, plan_sequence, start_state
-from rbprm_core.contacts.continuation import continued_state
-from rbprm_core.contacts.heuristics import plugin_versions
+from rbprm_core.contacts.contact_options import ContactOptions
+from rbprm_core.contacts.heuristics import HEURISTICS
+from rbprm_core.contacts.protocol import ContactPlanner, ContactProblem, OnStates
+from rbprm_core.contacts.registry import CONTACT_PLANNERS
 from rbprm_core.counters import Counters
 from rbprm_core.errors import (
     Cancelled,
@@ -26,54 +30,26 @@ from rbprm_core.errors import (
     StartUnreachable,
     TimeLimitReached,
 )
-from rbprm_core.guide.roadmap import roadmap_key
-from rbprm_core.guide.root import (
-    EdgeTest,
-    EquilibriumTest,
-    GuidePath,
-    Reachability,
-    Roadmap,
-    RoadmapStore,
-    RootProblem,
-    RootSampler,
-    RootSpace,
-    Settler,
-    shorten,
-)
-from rbprm_core.guide.root.planners import make_search
-from rbprm_core.guide.root.sampler import effector_places
+from rbprm_core.guide.protocol import Guide, GuidePlanner, GuideProblem
+from rbprm_core.guide.registry import GUIDE_PLANNERS
+from rbprm_core.guide.roadmap import RoadmapStore
+from rbprm_core.guide.root_space import RootSpace
+from rbprm_core.outcome import Outcome
 from rbprm_core.placement import Placement
 from rbprm_core.plan_record import Statistics
-from rbprm_core.request import PlanRequest, limb_names
+from rbprm_core.request import PlanRequest
 from rbprm_core.robot import Robot
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
-from rbprm_core.validation import MAX_FORCE, MAX_GRAVITY, finite_array, finite_number
+from rbprm_core.stages import TIMED, Stage
 
-Array = NDArray[np.float64]
+GUIDES_BEFORE_GOAL_TEST = 20
+"""Failed guides after which the goal's contacts are tested.
 
-MIN_GRIP = 1e-3  # newtons
-TRIED_BEFORE_GOAL = 20
-"""Failed guides after which the goal's contacts are tried: a plan is mostly there sooner, and then
-their time is saved; a goal that admits none must not cost the whole time limit."""
-POSTURE = ("kinematics", "at its reference posture")
-"""In the reason why a goal does not admit contacts: with another posture than the reference one,
-from which they are tried, it may. So it is for the last rungs of a ladder."""
+A plan is mostly found sooner, which saves the time of the test; a goal that admits no contacts must
+not cost the whole time limit.
+"""
 VERSIONED = ("rbprm_core", "pin", "coal", "daqp", "numpy")
-
-
-@dataclass(frozen=True, eq=False)
-class Outcome:
-    """What the planner found.
-
-    Attributes:
-        guide: the path of the root. states: the contact sequence along it.
-        statistics: seconds by phase, counts and versions.
-    """
-
-    guide: GuidePath
-    states: tuple[State, ...]
-    statistics: Statistics
 
 
 def plan(
@@ -83,42 +59,51 @@ def plan(
     budget: Budget,
     roadmaps: RoadmapStore | None = None,
     *,
-    first: State | None = None,
-    on_states: Callable[[Sequence[State]], None] | None = None,
+    history: Sequence[State] = (),
+    on_states: OnStates | None = None,
 ) -> Outcome:
-    """Plan a contact sequence from start to goal.
+    """A contact sequence from start to goal.
 
-    The same request, data and scene give the same outcome, in any process; with kept roadmaps, the
-    outcome depends on what was planned with them before, too.
+    The same request, data and scene give the same outcome in any process; with kept roadmaps, the
+    outcome depends on the roadmaps' earlier use, too.
 
     Args:
-        roadmaps: kept by the caller between requests, for the guide planners that use one.
-        first: state to go on from, of an earlier plan or measured. The guide starts at its root,
-            and the request's start and start_limbs are not looked at. The first state found is
-            this one, with ids and friction of the scene's surfaces.
-        on_states: told the states so far whenever there are more; starts over with every guide.
+        request: start, goal and conditions.
+        data: the robot with its precomputed data.
+        scene: supporting surfaces and obstacles.
+        budget: time limit, cancel flag and progress.
+        roadmaps: roadmaps that the caller keeps between requests, for guide planners that use one.
+        history: states of an earlier sequence or a measured state, to go on from the last one. The
+            guide starts at its root; start and start_limbs of the request are not used. The first
+            state of the outcome is this state, with ids and friction of the scene's surfaces.
+        on_states: called with the states so far whenever one is added; with every guide it starts
+            again from the first state.
 
     Raises:
-        InvalidInput: start or goal outside the request's own bounds.
-        StartUnreachable, GoalUnreachable: no contact configuration there, and why; of `first`, that
-            a contact has lost its surface, or that it collides or does not stand.
-        NoGuideFound: where none was found at all.
-        NoSequenceFound: of the attempt that came farthest, once `options.guides` were tried.
+        InvalidInput: a request that cannot be used.
+        StartUnreachable, GoalUnreachable: no contact state there.
+        NoGuideFound: no guide was found at all.
+        NoSequenceFound: of the attempt that covered the largest share of its guide, once
+            `options.guides` guides were tried.
         TimeLimitReached, Cancelled: from the budget; guides are tried until then.
 
-        Each carries the statistics up to where it ended, and the states of the attempt that came
-        farthest: that followed the largest share of its guide; of equals, the earliest.
+        Each carries the statistics up to where it ended, and the states of the attempt that covered
+        the largest share of its guide; of equal ones, the earliest.
     """
-    planning = _Planning(request, data, scene, budget, roadmaps, first, on_states)
+    pipeline = _Pipeline(request, data, scene, budget, roadmaps, tuple(history), on_states)
     try:
-        return planning.run()
+        return pipeline.run()
     except RbprmError as error:
-        error.statistics = planning.statistics()
+        error.statistics = pipeline.statistics()
         raise
 
 
-class _Planning:
-    """One request being planned."""
+class _Pipeline:
+    """One request on its way through the stages.
+
+    Attributes:
+        best: failure of the ended attempt that covered the largest share of its guide.
+    """
 
     def __init__(
         self,
@@ -127,212 +112,189 @@ class _Planning:
         scene: Scene,
         budget: Budget,
         roadmaps: RoadmapStore | None,
-        resumed: State | None,
-        on_states: Callable[[Sequence[State]], None] | None,
+        history: tuple[State, ...],
+        on_states: OnStates | None,
     ) -> None:
-        self._request, self._budget = request, budget
-        self._resumed = resumed
-        self._on_states = on_states if on_states is not None else lambda states: None
-        if request.seed < 0:
-            raise InvalidInput("seed", request.seed, "must not be negative")
-        self._rng = np.random.default_rng(request.seed)
-        self._seconds = dict.fromkeys(("prepare", "guide", "shortcut", "sequence"), 0.0)
-        self._nodes = self._guides = 0
-        self._best: NoSequenceFound | None = None  # of the attempts that have ended
-        self._counters, self._plugins = Counters(), dict[str, str]()
+        self._request = request.validated([limb.name for limb in data.robot.limbs])
+        self._budget = budget
         self._data, self._scene, self._roadmaps = data, scene, roadmaps
-
-    def _prepare(self) -> None:
-        """Resolve the request against robot and scene, and build what answers their queries."""
-        request, data, scene = self._request, self._data, self._scene
-        robot = data.robot
-        required = limb_names(robot, request.required_limbs, "required_limbs")
-        start_limbs = limb_names(robot, request.start_limbs, "start_limbs")
-        goal_limbs = limb_names(robot, request.goal_limbs or (), "goal_limbs")
-        threshold = finite_number(
-            "robustness_threshold", request.robustness_threshold, low=0.0, high=MAX_FORCE
-        )
-        gravity = finite_array("gravity", request.gravity, (3,))
-        if np.abs(gravity).max() > MAX_GRAVITY:
-            raise InvalidInput("gravity", request.gravity, f"is over {MAX_GRAVITY:g} m/s^2")
-        grip_force = finite_number("grip_force", request.grip_force, low=MIN_GRIP, high=MAX_FORCE)
-        joints = robot.root_index[7:]
-        self._space = RootSpace(request.bounds, robot.low[joints], robot.high[joints])
-        if self._resumed is None:
-            self._start = _root(robot.reference[joints], request.start)
-        else:
-            self._start = _root_of(self._resumed, robot)
-        self._goal = _root(robot.reference[joints], request.goal)
-        self._budget.check("start")
-        self._prepare_guide(data, scene, required, gravity)
-        self._budget.poll()
-        self._settler = Settler(data, scene, required)
-        self._budget.poll()
-        self._generator = ContactGenerator(
-            data, scene, gravity, threshold, request.options.generator, self._rng, grip_force,
-            self._budget,
-        )  # fmt: skip
-        self._counters = self._generator.counters
-        used = [name for limb in robot.limbs for name in limb.heuristics]
-        self._plugins = plugin_versions(used)
-        names = [limb.name for limb in robot.limbs]
-        self._start_limbs = [names.index(name) for name in start_limbs]
-        self._goal_limbs = [names.index(name) for name in goal_limbs]
-
-    def _prepare_guide(
-        self,
-        data: RobotData,
-        scene: Scene,
-        required: tuple[str, ...],
-        gravity: Array,
-    ) -> None:
-        """Build the condition and the guide planner that the request names."""
-        options, space = self._request.options.guide, self._space
-        equilibrium = (
-            EquilibriumTest(data, scene, required, gravity) if options.equilibrium else None
-        )
-        condition = Reachability(data, scene, required, equilibrium, self._budget)
-        self._reachability, self._edges = condition, EdgeTest(space, condition, options.resolution)
-        joints = data.robot.reference[data.robot.root_index[7:]]
-        reach = None if gravity.any() else effector_places(data)
-        sampler = RootSampler(space, scene, condition, data.height, joints, reach)
-        problem = RootProblem(self._start, self._goal, self._edges, sampler)
-
-        def roadmap() -> Roadmap:
-            if self._roadmaps is None:
-                return Roadmap()
-            key = roadmap_key(data, space, required, options, gravity)
-            return self._roadmaps.roadmap(key, scene, condition.radius)
-
-        self._search = make_search(problem, options, roadmap)
+        self._history = history
+        self._on_states = on_states if on_states is not None else lambda states: None
+        self._rng = np.random.default_rng(request.seed)
+        self._seconds: dict[str, float] = dict.fromkeys(TIMED, 0.0)
+        self._guide_counters, self._contact_counters = Counters(), Counters()
+        self._nodes = self._guides = 0
+        self._versions: dict[str, str] = {}
+        self.best: NoSequenceFound | None = None
 
     def run(self) -> Outcome:
-        """Try guides until a sequence follows one."""
-        with _Clock(self._seconds, "prepare"):
+        """Try guides until a contact sequence follows one."""
+        with _Clock(self._seconds, Stage.PREPARE):
             self._prepare()
         first = self._first_state()
         try:
             return self._first_success(first)
         except (GoalUnreachable, TimeLimitReached, Cancelled) as error:
-            if self._best is None:
+            if self.best is None:
                 raise
-            raise _with_best(error, self._best) from error
+            raise _with_best(error, self.best) from error
+
+    def statistics(self, states: int = 0) -> Statistics:
+        """Seconds by stage, counts and versions so far.
+
+        Args:
+            states: number of states of the plan.
+        """
+        shortcut = self._guide_counters.seconds.get(Stage.SHORTCUT, 0.0)
+        seconds = dict(self._seconds)
+        seconds[Stage.GUIDE] -= shortcut
+        seconds[Stage.SHORTCUT] = shortcut
+        contacts = self._contact_counters
+        operations = {f"{Stage.CONTACTS}.{k}": v for k, v in contacts.seconds.items()}
+        counts = {"guides": self._guides, "guide_nodes": self._nodes, "states": states}
+        return Statistics(
+            time={**seconds, "total": sum(seconds.values()), **operations},
+            counts={**counts, **contacts.counts},
+            versions={**{name: _version(name) for name in VERSIONED}, **self._versions},
+        )
+
+    def _prepare(self) -> None:
+        """Resolve the request against robot and scene, and build the planners of the stages."""
+        request, robot = self._request, self._data.robot
+        joints = robot.root_index[7:]
+        self._space = RootSpace(request.bounds, robot.low[joints], robot.high[joints])
+        if self._history:
+            self._start = _root_of(self._history[-1], robot)
+        else:
+            self._start = _root(robot.reference[joints], request.start)
+        self._goal = _root(robot.reference[joints], request.goal)
+        self._budget.check(Stage.START)
+        self._guide_planner = self._make_guide_planner()
+        self._budget.poll()
+        self._contact_planner = self._make_contact_planner()
+        used = [name for limb in robot.limbs for name in limb.heuristics]
+        self._versions.update(HEURISTICS.versions(used))
+
+    def _make_guide_planner(self) -> GuidePlanner:
+        request, name = self._request, self._request.stages.guide
+        make = GUIDE_PLANNERS.get(name, "stages.guide")
+        self._versions.update(GUIDE_PLANNERS.versions([name]))
+        return make(
+            GuideProblem(
+                data=self._data,
+                scene=self._scene,
+                start=self._start,
+                goal=self._goal,
+                space=self._space,
+                required_limbs=request.required_limbs,
+                gravity=request.gravity,
+                options=request.options.guide,
+                shortcuts=request.options.shortcuts,
+                settle=request.options.settle,
+                budget=self._budget,
+                roadmaps=self._roadmaps,
+                counters=self._guide_counters,
+            )
+        )
+
+    def _make_contact_planner(self) -> ContactPlanner:
+        request, name = self._request, self._request.stages.contacts
+        make = CONTACT_PLANNERS.get(name, "stages.contacts")
+        self._versions.update(CONTACT_PLANNERS.versions([name]))
+        names = [limb.name for limb in self._data.robot.limbs]
+        planner = make(
+            ContactProblem(
+                data=self._data,
+                scene=self._scene,
+                gravity=request.gravity,
+                robustness_threshold=request.robustness_threshold,
+                rng=self._rng,
+                start_limbs=tuple(names.index(name) for name in request.start_limbs),
+                goal_limbs=tuple(names.index(name) for name in request.goal_limbs or ()),
+                grip_force=request.grip_force,
+                options=ContactOptions(request.options.generator, request.options.sequence),
+                budget=self._budget,
+            )
+        )
+        self._contact_counters = planner.counters
+        return planner
+
+    def _first_state(self) -> State:
+        """The first state; raises where start or goal admit none."""
+        request, history = self._request, self._history
+        self._budget.check(Stage.START)
+        if history:
+            self._space.require(self._start, _placement(self._start), "history.root")
+        else:
+            self._space.require(self._start, request.start, "start")
+        self._space.require(self._goal, request.goal, "goal")
+        # A state with contacts has shown that its limbs reach surfaces: only its trunk is tested.
+        guide = self._guide_planner
+        failure = guide.trunk_failure(self._start) if history else guide.failure(self._start)
+        if failure is not None:
+            raise StartUnreachable(failure)
+        failure = guide.failure(self._goal)
+        if failure is not None:
+            raise GoalUnreachable(failure)
+        self._budget.poll()
+        with _Clock(self._seconds, Stage.CONTACTS):
+            if history:
+                return self._contact_planner.resume(history)
+            return self._contact_planner.start(self._start)
 
     def _first_success(self, first: State) -> Outcome:
         """The first guide that a sequence follows, and the sequence; raises where none does."""
-        most = self._request.options.guides
-        for attempt in range(1, most + 1):
+        max_guides = self._request.options.guides
+        for attempt in range(1, max_guides + 1):
             try:
                 guide = self._guide(direct=attempt == 1)
                 states = self._sequence(guide, first)
             except NoSequenceFound as error:
-                if self._best is None or error.fraction > self._best.fraction:
-                    self._best = error
+                if self.best is None or error.fraction > self.best.fraction:
+                    self.best = error
                 self._avoid(guide, error)
             except NoGuideFound:
-                if self._best is None:
+                if self.best is None:
                     raise
-                self._reachability.forget()  # the roots avoided may have closed the only way
+                self._guide_planner.forget()  # the avoided roots may have closed the only way
             else:
                 return Outcome(guide, tuple(states), self.statistics(len(states)))
-            if attempt == min(TRIED_BEFORE_GOAL, most):
-                self._try_goal()
-        assert self._best is not None  # at least one guide is tried
-        raise self._best
+            if attempt == min(GUIDES_BEFORE_GOAL_TEST, max_guides):
+                self._contact_planner.check_goal(self._goal)
+        assert self.best is not None  # at least one guide is tried
+        raise self.best
 
-    def _try_goal(self) -> None:
-        """Raises where the goal does not admit the limbs asked for: no guide leads there then.
-
-        Where no limbs are asked for, any may do, and no single try tells.
-        """
-        if not self._goal_limbs:
-            return
-        try:
-            start_state(self._generator, self._goal, self._goal_limbs, "goal", self._budget)
-        except GoalUnreachable as error:
-            if not any(part in error.reason for part in POSTURE):
-                raise
-
-    def _first_state(self) -> State:
-        """The start state; raises where start or goal admit none."""
-        request, resumed = self._request, self._resumed
-        self._budget.check("start")
-        if resumed is None:
-            self._space.require(self._start, request.start, "start")
-        else:
-            self._space.require(self._start, _placement(self._start), "first.root")
-        self._space.require(self._goal, request.goal, "goal")
-        limb, reason = self._start_failure()
-        if reason:
-            raise StartUnreachable(reason, limb)
-        limb, reason = self._reachability.failure(self._goal)
-        if reason:
-            raise GoalUnreachable(reason, limb)
-        self._budget.poll()
-        with _Clock(self._seconds, "sequence"):
-            if resumed is not None:
-                return continued_state(self._generator, resumed)
-            return start_state(self._generator, self._start, self._start_limbs, budget=self._budget)
-
-    def _start_failure(self) -> tuple[str, str]:
-        """Limb and reason why no guide leaves the start; ("", "") where one may.
-
-        A state with contacts has shown better than the condition that its limbs reach surfaces.
-        """
-        if self._resumed is None:
-            return self._reachability.failure(self._start)
-        return "", self._reachability.blocked(self._start)
-
-    def _guide(self, direct: bool) -> GuidePath:
-        """P1: a path under the reachability condition, then shortcuts."""
-        options = self._request.options
-        with _Clock(self._seconds, "guide"):
-            path, nodes = self._search.find(self._budget, self._rng, direct=direct)
-        self._nodes += nodes
+    def _guide(self, direct: bool) -> Guide:
+        """A guide path (P1)."""
+        with _Clock(self._seconds, Stage.GUIDE):
+            found = self._guide_planner.find(self._budget, self._rng, direct=direct)
+        self._nodes += found.nodes
         self._guides += 1
-        with _Clock(self._seconds, "shortcut"):
-            path = shorten(path, self._edges, options.shortcuts, self._budget, self._rng)
-            if options.settle and self._request.gravity.any():
-                path = self._settler.settle(path, self._edges, self._budget)
-            return path
+        return found.guide
 
-    def _sequence(self, guide: GuidePath, first: State) -> list[State]:
-        """P2 along a guide."""
-        options = self._request.options.sequence
-        with _Clock(self._seconds, "sequence"):
-            return plan_sequence(
-                self._generator, guide, first, self._budget, self._rng, options, self._goal_limbs,
-                self._on_states,
-            )  # fmt: skip
+    def _sequence(self, guide: Guide, first: State) -> list[State]:
+        """The contact sequence along a guide (P2)."""
+        with _Clock(self._seconds, Stage.CONTACTS):
+            history = (*self._history[:-1], first)
+            return self._contact_planner.follow(guide, history, self._on_states)
 
-    def _avoid(self, guide: GuidePath, error: NoSequenceFound) -> None:
-        """Keep the next guide away from where the sequence stopped."""
-        stopped = guide.at(error.fraction * guide.length + self._request.options.sequence.step)
-        self._reachability.avoid(stopped, keep=(self._start, self._goal))
-
-    def statistics(self, states: int = 0) -> Statistics:
-        """Seconds by phase, counts and versions so far, and how many states there are."""
-        counters = self._counters
-        counts = {"guides": self._guides, "guide_nodes": self._nodes, "states": states}
-        seconds = {**self._seconds, "total": sum(self._seconds.values())}
-        return Statistics(
-            time={**seconds, **{f"sequence.{k}": v for k, v in counters.seconds.items()}},
-            counts={**counts, **counters.counts},
-            versions={**{name: _version(name) for name in VERSIONED}, **self._plugins},
-        )
+    def _avoid(self, guide: Guide, error: NoSequenceFound) -> None:
+        """Keep the next guide away from the root at which the sequence stopped."""
+        stopped = guide.root(error.fraction * guide.length + self._request.options.sequence.step)
+        self._guide_planner.avoid(stopped, keep=(self._start, self._goal))
 
 
 class _Clock:
-    """Adds the seconds spent in a block to a phase; they are reported and decide nothing."""
+    """Adds the seconds spent in a block to a stage; they are reported and decide nothing."""
 
-    def __init__(self, seconds: dict[str, float], phase: str) -> None:
-        self._seconds, self._phase = seconds, phase
+    def __init__(self, seconds: dict[str, float], stage: Stage) -> None:
+        self._seconds, self._stage = seconds, stage
 
     def __enter__(self) -> None:
         self._start = time.perf_counter()
 
     def __exit__(self, *_: object) -> None:
-        self._seconds[self._phase] += time.perf_counter() - self._start
+        self._seconds[self._stage] += time.perf_counter() - self._start
 
 
 def _root(joints: Array, placement: Placement) -> Array:
@@ -340,14 +302,14 @@ def _root(joints: Array, placement: Placement) -> Array:
 
 
 def _root_of(state: State, robot: Robot) -> Array:
-    """The root configuration of a state.
+    """The root configuration (7 + j,) of a state.
 
     Raises:
         InvalidInput: a configuration of another robot.
     """
     if state.q.shape != robot.low.shape:
         reason = f"has {len(state.q)} numbers, the robot {robot.name} has {len(robot.low)}"
-        raise InvalidInput("first.q", state.q.tolist(), reason)
+        raise InvalidInput("history.q", state.q.tolist(), reason)
     return np.asarray(state.q[robot.root_index])
 
 
@@ -358,19 +320,15 @@ def _placement(root: Array) -> Placement:
 def _with_best(
     error: GoalUnreachable | TimeLimitReached | Cancelled, best: NoSequenceFound
 ) -> RbprmError:
-    """The error with the states of the attempt that came farthest: the one that it ended, or the
-    best before."""
-    told: RbprmError
-    if isinstance(error, TimeLimitReached):
-        told = TimeLimitReached(error.limit, error.stage, best)
-    elif isinstance(error, Cancelled):
-        told = Cancelled(error.stage)
-    else:
-        told = GoalUnreachable(error.reason, error.limb)
-    # Not by their number: a guide that winds has more of them, and may lead less far.
+    """The error with the states of the attempt that covered the largest share of its guide."""
+    # Not by the number of states: a winding guide has more of them, and may lead less far.
     farthest = error if error.fraction > best.fraction else best
-    told.states, told.fraction = farthest.states, farthest.fraction
-    return told
+    states, fraction = farthest.states, farthest.fraction
+    result: RbprmError = error
+    if isinstance(error, TimeLimitReached):
+        result = TimeLimitReached(error.limit, error.stage, best)
+    result.states, result.fraction = states, fraction
+    return result
 
 
 def _version(name: str) -> str:

@@ -101,6 +101,11 @@ class Registry(Generic[T]):
         plugins = [self.plugin(name) for name in names]
         return {p.distribution: p.version for p in plugins if p is not None}
 
+    def clear(self) -> None:
+        """Forget the entry points found, so that packages installed since are found."""
+        self._plugins.clear()
+        self.__dict__.pop("_points", None)
+
     @cached_property
     def _points(self) -> dict[str, list[EntryPoint]]:
         """Entry points of the group by name; the same one found twice counts once."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from rbprm_core.contacts.along_guide.options import GeneratorOptions, SequenceOptions
+from rbprm_core.contacts.registry import CONTACT_PLANNERS
 from rbprm_core.errors import InvalidInput
 from rbprm_core.guide.guide_options import GuideOptions
 from rbprm_core.guide.registry import GUIDE_PLANNERS
@@ -31,7 +32,6 @@ Array = NDArray[np.float64]
 GRAVITY = np.array([0.0, 0.0, -9.81])
 """Gravity (3,) on level ground, m/s^2."""
 
-CONTACT_PLANNERS = ("along_guide",)
 END_TOLERANCE = 1e-3
 """Tolerance of the root at start and goal where it may not leave the guide
 (`SequenceOptions.root_slack`): distance in metres, and angle in radians."""
@@ -58,7 +58,7 @@ class StageNames:
     Attributes:
         guide: name of the guide planner: rrt, prm (whose roadmap can be kept from one request to
             the next), or that of a plug-in.
-        contacts: name of the contact planner: along_guide.
+        contacts: name of the contact planner: along_guide, or that of a plug-in.
     """
 
     guide: str = "rrt"
@@ -159,7 +159,7 @@ class PlanRequest:
             raise InvalidInput("seed", self.seed, "must not be negative")
         check_options(self.options, "options.")
         GUIDE_PLANNERS.get(self.stages.guide, "stages.guide")
-        one_of("stages.contacts", self.stages.contacts, CONTACT_PLANNERS)
+        CONTACT_PLANNERS.get(self.stages.contacts, "stages.contacts")
         return replace(
             self,
             required_limbs=_known_limbs(self.required_limbs, limbs, "required_limbs"),

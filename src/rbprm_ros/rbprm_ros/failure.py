@@ -57,7 +57,7 @@ class PlanningFailed(RbprmError):
     """
 
     def __init__(self, failure: Failure, partial: ContactPlan | None = None) -> None:
-        self.failure, self.partial = failure, partial
+        self.record, self.partial = failure, partial
         super().__init__(failure.text)
 
 
@@ -65,7 +65,7 @@ class NodeError(RbprmError):
     """A call that the node itself cannot serve."""
 
     def __init__(self, code: NodeCode, text: str, field: str = "", value: str = "") -> None:
-        self.failure = Failure(code, text, field, value[:MAX_CHARACTERS])
+        self.record = Failure(code, text, field, value[:MAX_CHARACTERS])
         super().__init__(text)
 
 
@@ -74,7 +74,7 @@ def failure_of(error: Exception) -> Failure:
     text = str(error)
     match error:
         case PlanningFailed() | NodeError():
-            return error.failure
+            return error.record
         case InvalidInput():
             told = InvalidInput(_field_of_messages(error.field), error.value, error.reason)
             return Failure(error.code, str(told), field=told.field, value=_shown(error.value))

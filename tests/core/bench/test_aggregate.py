@@ -7,11 +7,15 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from rbprm_core.bench import Failure, RunRecord
+from rbprm_core.bench import RunRecord
 from rbprm_core.bench.aggregate import Spread, aggregate
-from rbprm_core.bench.record import INVALID_PLAN
+from rbprm_core.bench.record import INVALID_PLAN, RunFailure
+from rbprm_core.counters import no_contact
+from rbprm_core.failures import Cause
 
 MakeRecord = Callable[..., RunRecord]
+
+NO_GUIDE = RunFailure("NO_GUIDE", "trees_not_connected", "", "no guide")
 
 
 def test_a_spread_orders_its_figures() -> None:
@@ -26,7 +30,7 @@ def test_a_spread_orders_its_figures() -> None:
 
 def test_times_are_of_the_successes_only(make_record: MakeRecord) -> None:
     slow = {"prepare": 0, "guide": 9.0, "shortcut": 0, "sequence": 0, "total": 9.0}
-    runs = [make_record(), make_record(seed=1, seconds=slow, failure=Failure("NO_GUIDE", "", ""))]
+    runs = [make_record(), make_record(seed=1, seconds=slow, failure=NO_GUIDE)]
     (case,) = aggregate(runs)
     assert (case.runs, case.successes, case.success) == (2, 1, 0.5)
     assert case.total is not None
@@ -42,10 +46,10 @@ def test_times_are_of_the_successes_only(make_record: MakeRecord) -> None:
 def test_shares_count_failed_runs_too(make_record: MakeRecord) -> None:
     good = {"roots": 40, "roots_in_equilibrium": 39, "contacts": 30}
     bad = {
-        "roots": 10, "roots_in_equilibrium": 1, "contacts": 2, "no contact: equilibrium": 6,
-        "no contact: kinematics": 1, "no contact: no candidate near a surface": 1,
+        "roots": 10, "roots_in_equilibrium": 1, "contacts": 2, no_contact(Cause.NO_EQUILIBRIUM): 6,
+        no_contact(Cause.NO_KINEMATIC_SOLUTION): 1, no_contact(Cause.NO_CANDIDATE): 1,
     }  # fmt: skip
-    failure = Failure("NO_SEQUENCE", "lf_leg", "")
+    failure = RunFailure("NO_SEQUENCE", "no_equilibrium", "lf_leg", "")
     (case,) = aggregate([make_record(counts=good), make_record(counts=bad, failure=failure)])
     assert case.roots_in_equilibrium == pytest.approx(40 / 50)
     assert case.contacts_found == pytest.approx(32 / 40)
@@ -53,20 +57,23 @@ def test_shares_count_failed_runs_too(make_record: MakeRecord) -> None:
     assert case.equilibrium_failures == pytest.approx(6 / 40)
 
 
-def test_failures_that_differ_in_a_number_are_one_cause(make_record: MakeRecord) -> None:
-    reasons = ["robustness 3.2 N under 10 N", "robustness -inf N under 10 N", "another"]
-    runs = [
-        make_record(seed=seed, failure=Failure("NO_SEQUENCE", "lf_leg", reason))
-        for seed, reason in enumerate([*reasons, reasons[0]])
+def test_failures_that_differ_in_text_only_are_one_group(make_record: MakeRecord) -> None:
+    failures = [
+        RunFailure("NO_SEQUENCE", "low_robustness", "lf_leg", "robustness 3.2 N under 10 N"),
+        RunFailure("NO_SEQUENCE", "low_robustness", "lf_leg", "robustness -inf N under 10 N"),
+        RunFailure("NO_SEQUENCE", "low_robustness", "rf_leg", "robustness 3.2 N under 10 N"),
+        RunFailure("NO_SEQUENCE", "low_robustness", "lf_leg", "robustness 3.2 N under 10 N"),
+        RunFailure("NO_SEQUENCE", "no_candidate", "lf_leg", "robustness 3.2 N under 10 N"),
+        RunFailure("TIME_LIMIT", "low_robustness", "lf_leg", "robustness 3.2 N under 10 N"),
     ]
-    first, second = aggregate(runs)[0].causes
-    assert (first.runs, first.seed) == (3, 0)
-    assert (second.runs, second.seed) == (1, 2)
-    assert first.failure.reason == "robustness … N under … N"
+    runs = [make_record(seed=seed, failure=failure) for seed, failure in enumerate(failures)]
+    groups = aggregate(runs)[0].causes
+    assert [(group.runs, group.seed) for group in groups] == [(3, 0), (1, 2), (1, 4), (1, 5)]
+    assert [group.failure for group in groups] == [failures[k] for k in (0, 2, 4, 5)]
 
 
 def test_without_a_success_there_are_no_times(make_record: MakeRecord) -> None:
-    failure = Failure(INVALID_PLAN, "", "drift")
+    failure = RunFailure(INVALID_PLAN, "drift", "", "state 3: drift")
     (case,) = aggregate([make_record(failure=failure, violations={"drift": 2, "goal": 1})])
     assert case.total is None
     assert case.seconds == {}

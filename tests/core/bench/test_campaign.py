@@ -12,12 +12,12 @@ from distributed import Client, LocalCluster
 from threadpoolctl import threadpool_info
 
 from rbprm_core.bench import Campaign, Case, RunRecord, campaign, run, run_campaign
-from rbprm_core.bench.record import INVALID_PLAN, Task
+from rbprm_core.bench.record import INVALID_PLAN, RunFailure, Task
 from rbprm_core.budget import MIN_TIME_LIMIT
 from rbprm_core.check import Kind
 from rbprm_core.errors import InvalidInput, TimeLimitReached
+from rbprm_core.outcome import Outcome
 from rbprm_core.plan_record import Statistics
-from rbprm_core.planner import Outcome
 
 SEEDS = range(2)
 
@@ -166,7 +166,7 @@ def test_a_plan_that_breaks_a_bound_is_no_success(
     record = run.run_task(Task(stroll, quick_hyq, 0, 10.0, 30.0))
     assert record.violations == {Kind.GOAL: 1}
     assert record.failure is not None
-    assert (record.failure.code, record.failure.reason) == (INVALID_PLAN, "goal")
+    assert (record.failure.code, record.failure.cause) == (INVALID_PLAN, "goal")
 
 
 def test_a_fault_of_the_planner_is_a_failed_run(
@@ -178,7 +178,9 @@ def test_a_fault_of_the_planner_is_a_failed_run(
     monkeypatch.setattr(run, "plan", fail)
     record = run.run_task(Task(stroll, quick_hyq, 0, 10.0, 30.0))
     assert record.failure is not None
-    assert (record.failure.code, record.failure.reason) == ("INTERNAL", "ZeroDivisionError: oh")
+    assert record.failure == RunFailure(
+        "INTERNAL", "ZeroDivisionError", "", "ZeroDivisionError: oh"
+    )
     assert record.seconds == Statistics().time
 
 

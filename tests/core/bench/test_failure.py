@@ -1,11 +1,11 @@
-"""From errors to causes."""
+"""From errors and violations to run failures."""
 
 from __future__ import annotations
 
 import pytest
 
-from rbprm_core.bench.failure import failure_of, failure_of_check, group
-from rbprm_core.bench.record import INVALID_PLAN, Failure
+from rbprm_core.bench.failure import failure_of, failure_of_check
+from rbprm_core.bench.record import INVALID_PLAN, RunFailure
 from rbprm_core.check import Kind, Violation
 from rbprm_core.errors import (
     GoalUnreachable,
@@ -16,50 +16,49 @@ from rbprm_core.errors import (
     StartUnreachable,
     TimeLimitReached,
 )
+from rbprm_core.failures import Cause, Failure
 
-STUCK = NoSequenceFound(7, "lf_leg", "finds no contact (kinematics)", 0.4)
+STUCK = NoSequenceFound(7, Failure.of(Cause.NO_KINEMATIC_SOLUTION, "lf_leg"), 0.4)
+NO_GROUND = Failure.of(Cause.NO_SURFACE_IN_WORKSPACE, "rf", kinds=("support",))
+ROOT = Failure.of(Cause.ROOT_COLLISION)
+CLOSED = Failure.of(Cause.TREES_NOT_CONNECTED, samples=30, start_nodes=4, goal_nodes=2)
 
 
 @pytest.mark.parametrize(
-    ("error", "failure"),
+    ("error", "code", "cause", "limb"),
     [
-        (STUCK, Failure("NO_SEQUENCE", "lf_leg", "finds no contact (kinematics)")),
-        (StartUnreachable("no floor", "rf"), Failure("START_UNREACHABLE", "rf", "no floor")),
-        (GoalUnreachable("no floor"), Failure("GOAL_UNREACHABLE", "", "no floor")),
-        (NoGuideFound("closed"), Failure("NO_GUIDE", "", "closed")),
-        (TimeLimitReached(3.0, "guide"), Failure("TIME_LIMIT", "", "in stage guide")),
+        (STUCK, "NO_SEQUENCE", "no_kinematic_solution", "lf_leg"),
+        (StartUnreachable(NO_GROUND), "START_UNREACHABLE", "no_surface_in_workspace", "rf"),
+        (GoalUnreachable(ROOT), "GOAL_UNREACHABLE", "root_collision", ""),
+        (NoGuideFound(CLOSED), "NO_GUIDE", "trees_not_connected", ""),
+        (TimeLimitReached(3.0, "guide"), "TIME_LIMIT", "stage guide", ""),
         (
             TimeLimitReached(3.0, "guide", STUCK),
-            Failure(
-                "TIME_LIMIT", "lf_leg", "in stage guide, before: finds no contact (kinematics)"
-            ),
+            "TIME_LIMIT",
+            "stage guide, no_kinematic_solution",
+            "lf_leg",
         ),
-        (InvalidInput("start", 1, "bad"), Failure("INVALID_INPUT", "", "start: bad")),
-        (RbprmError("odd"), Failure("INTERNAL", "", "odd")),
-        (IndexError("no row 3"), Failure("INTERNAL", "", "IndexError: no row 3")),
+        (InvalidInput("start", 1, "bad"), "INVALID_INPUT", "start", ""),
+        (RbprmError("odd"), "INTERNAL", "", ""),
     ],
 )
-def test_every_error_keeps_its_limb_and_reason(error: Exception, failure: Failure) -> None:
-    assert failure_of(error) == failure
+def test_an_error_keeps_its_code_cause_and_limb(
+    error: Exception, code: str, cause: str, limb: str
+) -> None:
+    assert failure_of(error) == RunFailure(code, cause, limb, str(error))
 
 
-def test_the_check_blames_the_first_violation_and_names_every_kind() -> None:
+def test_an_error_of_another_package_keeps_its_type_and_text() -> None:
+    expected = RunFailure("INTERNAL", "IndexError", "", "IndexError: no row 3")
+    assert failure_of(IndexError("no row 3")) == expected
+
+
+def test_a_refused_plan_has_the_limb_of_its_first_violation_and_every_kind() -> None:
     violations = [
         Violation(3, "lf_leg", Kind.DRIFT, "…"),
         Violation(4, "rf_leg", Kind.DRIFT, "…"),
         Violation(9, "", Kind.GOAL, "…"),
     ]
-    assert failure_of_check(violations) == Failure(INVALID_PLAN, "lf_leg", "drift, goal")
+    expected = RunFailure(INVALID_PLAN, "drift, goal", "lf_leg", str(violations[0]))
+    assert failure_of_check(violations) == expected
     assert failure_of_check([]) is None
-
-
-@pytest.mark.parametrize(
-    ("reason", "grouped"),
-    [
-        ("b0 -3.2e-05 N under 10 N", "b0 … N under … N"),
-        ("limb L2 at 0.5", "limb L2 at …"),
-        ("4 nodes, 12 of 2000", "… nodes, … of …"),
-    ],
-)
-def test_grouping_drops_numbers_but_not_names(reason: str, grouped: str) -> None:
-    assert group(Failure("X", "", reason)).reason == grouped

@@ -7,20 +7,22 @@ from pathlib import Path
 
 import pytest
 
-from rbprm_core.bench import Campaign, Failure, RunRecord, write_campaign
+from rbprm_core.bench import Campaign, RunRecord, write_campaign
 from rbprm_core.bench.machine import this_machine
+from rbprm_core.bench.record import RunFailure
 from rbprm_core.bench.tables import markdown, table
 from rbprm_core.errors import InvalidInput
 
 MakeRecord = Callable[..., RunRecord]
 
+FAILED = ("NO_SEQUENCE", "no_equilibrium", "lf_leg", "either / or")
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
 @pytest.fixture
 def campaign(make_record: MakeRecord) -> Campaign:
     """One success, one failure, and a scenario without published figures."""
-    failure = Failure("NO_SEQUENCE", "lf_leg", "either | or")
+    failure = RunFailure("NO_SEQUENCE", "no_equilibrium", "lf_leg", "either | or")
     operations = {"sequence.statics": 0.1, "sequence.collision": 0.2}
     first = make_record()
     records = (
@@ -59,7 +61,7 @@ def test_every_row_has_every_cell(campaign: Campaign) -> None:
 
 def test_failures_are_named(campaign: Campaign) -> None:
     first = rows(markdown(campaign), "Failures")[2]
-    assert first == ["`rubble`", "hyq", "1 of 2", "NO_SEQUENCE", "lf_leg", "either / or", "1"]
+    assert first == ["`rubble`", "hyq", "1 of 2", *FAILED, "1"]
 
 
 def test_a_cell_cannot_break_the_table() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rbprm_core.body.contact import Contact
-from rbprm_core.body.stability import CLOSED, Stability
+from rbprm_core.body.stability import MIN_CLOSURE, Stability
 from rbprm_core.statics import cone_generators
 
 DOWN = np.array([0.0, 0.0, -9.81])
@@ -30,21 +30,25 @@ def test_contacts_around_the_centre_of_mass_hold_it() -> None:
     assert 2.0 < inside < MASS * 9.81 / 12  # 12 rays bear the weight
     assert stability.b0(FEET, np.array([1.0, 0.0, 0.5])) < 0
     assert stability.b0([], np.zeros(3)) == -np.inf
-    assert (stability.least, stability.threshold) == (0.0, 2.0)
+    assert (stability.min_equilibrium, stability.min_robustness) == (0.0, 2.0)
 
 
 def test_without_weight_contacts_have_to_squeeze() -> None:
     stability = Stability(MASS, np.zeros(3), 10.0, 0.0)
-    assert stability.threshold == stability.least == pytest.approx(CLOSED * 10.0)
-    assert stability.b0(FEET, np.zeros(3)) < stability.least  # they push to one side alone
+    assert (
+        stability.min_robustness == stability.min_equilibrium == pytest.approx(MIN_CLOSURE * 10.0)
+    )
+    assert (
+        stability.b0(FEET, np.zeros(3)) < stability.min_equilibrium
+    )  # they push to one side alone
     flipped = np.diag([1.0, -1.0, -1.0])
     down = cone_generators(flipped, 0.5)[None]
     lift = np.array([0.0, 0.0, 0.1])
     above = [
         replace(foot, points=foot.points + lift, rotation=flipped, generators=down) for foot in FEET
     ]
-    assert stability.b0([*FEET, *above], np.array([9.0, 9.0, 9.0])) > stability.least
+    assert stability.b0([*FEET, *above], np.array([9.0, 9.0, 9.0])) > stability.min_equilibrium
 
 
 def test_a_higher_threshold_stands_without_weight_too() -> None:
-    assert Stability(MASS, np.zeros(3), 10.0, 0.5).threshold == 0.5
+    assert Stability(MASS, np.zeros(3), 10.0, 0.5).min_robustness == 0.5

@@ -17,13 +17,12 @@ from numpy.typing import NDArray
 
 from rbprm_core.budget import Budget
 from rbprm_core.contacts.heuristics import (
+    BUILTIN,
     HEURISTICS,
     Candidates,
     check_names,
-    plugin_versions,
     rank,
 )
-from rbprm_core.contacts.heuristics.plugins import GROUP, load_plugin
 from rbprm_core.errors import InvalidInput
 from rbprm_core.guide.root import RootBounds
 from rbprm_core.placement import Placement
@@ -69,7 +68,7 @@ def candidates(seed: int = 0, count: int = 30, **changes: Any) -> Candidates:
 @given(seeds)
 def test_effort_is_equation_15(seed: int) -> None:
     some = candidates(seed)
-    found = HEURISTICS["effort"](some)
+    found = BUILTIN["effort"](some)
     m = -some.direction
     for gram, normal, friction, value in zip(
         some.grams, some.normals, some.friction, found, strict=True
@@ -81,7 +80,7 @@ def test_effort_is_equation_15(seed: int) -> None:
 @given(seeds)
 def test_velocity_is_equation_16(seed: int) -> None:
     some = candidates(seed)
-    found = HEURISTICS["velocity"](some)
+    found = BUILTIN["velocity"](some)
     m = -some.direction
     for gram, normal, friction, value in zip(
         some.grams, some.normals, some.friction, found, strict=True
@@ -101,7 +100,7 @@ def test_velocity_and_effort_of_a_limb_that_cannot_move_along_m() -> None:
         friction=np.ones(2),
         direction=np.array([0.0, 0.0, 1.0]),
     )
-    assert HEURISTICS["velocity"](some) == pytest.approx([0.0, 1.0])
+    assert BUILTIN["velocity"](some) == pytest.approx([0.0, 1.0])
     assert list(rank(some, {"velocity": 1.0})) == [1, 0]
     assert list(rank(some, {"effort": 1.0})) == [0, 1]
 
@@ -112,7 +111,7 @@ def test_reference_is_nearness_in_joint_space(seed: int) -> None:
     best = rank(some, {"reference": 1.0})
     distances = [np.sqrt(((joints - some.reference) ** 2).sum()) for joints in some.joints]
     assert (np.diff(np.array(distances)[best]) >= -1e-12).all()
-    assert HEURISTICS["reference"](some) == pytest.approx(-np.array(distances))
+    assert BUILTIN["reference"](some) == pytest.approx(-np.array(distances))
 
 
 @given(seeds)
@@ -120,19 +119,19 @@ def test_joint_limits_is_the_share_left_of_half_the_range(seed: int) -> None:
     some = candidates(seed)
     middle, half = (some.low + some.high) / 2, (some.high - some.low) / 2
     wanted = [min(1 - abs(joints - middle) / half) for joints in some.joints]
-    assert HEURISTICS["joint_limits"](some) == pytest.approx(wanted)
+    assert BUILTIN["joint_limits"](some) == pytest.approx(wanted)
     at_limit = candidates(count=2, joints=np.array([middle, [some.low[0], *middle[1:]]]))
     edges = {"low": some.low, "high": some.high}
     at_limit = candidates(count=2, joints=at_limit.joints, **edges)
-    assert HEURISTICS["joint_limits"](at_limit) == pytest.approx([1.0, 0.0])
+    assert BUILTIN["joint_limits"](at_limit) == pytest.approx([1.0, 0.0])
 
 
 def test_random_depends_on_the_generator_alone() -> None:
     one, other = candidates(rng=np.random.default_rng(3)), candidates(rng=np.random.default_rng(3))
-    first = HEURISTICS["random"](one)
-    assert (first == HEURISTICS["random"](other)).all()
-    assert (first != HEURISTICS["random"](other)).any()  # the next draw is another
-    assert (first != HEURISTICS["random"](candidates(rng=np.random.default_rng(4)))).any()
+    first = BUILTIN["random"](one)
+    assert (first == BUILTIN["random"](other)).all()
+    assert (first != BUILTIN["random"](other)).any()  # the next draw is another
+    assert (first != BUILTIN["random"](candidates(rng=np.random.default_rng(4)))).any()
     assert ((first >= 0) & (first < 1)).all()
 
 
@@ -148,14 +147,14 @@ def test_effort_is_greatest_where_the_surface_faces_against_the_motion() -> None
 
 
 def test_effort_of_a_root_at_rest_says_nothing() -> None:
-    assert HEURISTICS["effort"](candidates(direction=np.zeros(3))) == pytest.approx(np.zeros(30))
+    assert BUILTIN["effort"](candidates(direction=np.zeros(3))) == pytest.approx(np.zeros(30))
 
 
 @given(seeds)
 def test_manipulability_is_equation_17(seed: int) -> None:
     some = candidates(seed)
     wanted = [np.sqrt(np.linalg.det(gram)) for gram in some.grams]
-    assert HEURISTICS["manipulability"](some) == pytest.approx(wanted)
+    assert BUILTIN["manipulability"](some) == pytest.approx(wanted)
     best = rank(some, {"manipulability": 1.0})
     assert (np.diff(some.manipulability[best]) <= 0).all()
 
@@ -190,22 +189,22 @@ def test_ties_keep_their_order() -> None:
     assert list(rank(some, {})) == list(range(30))
 
 
-@pytest.mark.parametrize("name", sorted(HEURISTICS))
+@pytest.mark.parametrize("name", sorted(BUILTIN))
 def test_no_candidates_no_order(name: str) -> None:
     nobody: Callable[[], Array] = lambda: np.zeros(0)  # noqa: E731
     none = candidates(count=0, persistence=nobody)
     assert len(rank(none, {name: 1.0})) == 0
 
 
-@pytest.mark.parametrize("name", sorted(HEURISTICS))
+@pytest.mark.parametrize("name", sorted(BUILTIN))
 def test_every_heuristic_gives_one_number_a_candidate(name: str) -> None:
-    values = HEURISTICS[name](candidates())
+    values = BUILTIN[name](candidates())
     assert values.shape == (30,)
     assert np.isfinite(values).all()
 
 
 def test_an_unknown_name_lists_the_known_ones() -> None:
-    check_names(dict.fromkeys(HEURISTICS, 1.0), "limbs.a.heuristics")
+    check_names(dict.fromkeys(BUILTIN, 1.0), "limbs.a.heuristics")
     with pytest.raises(InvalidInput, match="effort, velocity, manipulability") as caught:
         check_names({"manipulability": 1.0, "intuition": 2.0}, "limbs.a.heuristics")
     assert (caught.value.field, caught.value.value) == ("limbs.a.heuristics", "intuition")
@@ -261,9 +260,9 @@ def plugin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     """The version of an installed package that brings plug-ins."""
     install(tmp_path, "heuristics_of_mine", "mine_")
     monkeypatch.syspath_prepend(str(tmp_path))
-    load_plugin.cache_clear()
+    HEURISTICS.clear()
     yield "1.2"
-    load_plugin.cache_clear()
+    HEURISTICS.clear()
 
 
 def test_a_plugin_ranks_like_one_of_ours(plugin: str) -> None:
@@ -276,7 +275,7 @@ def test_a_plugin_ranks_like_one_of_ours(plugin: str) -> None:
     total = heights + 0.5 * some.manipulability / some.manipulability.max()
     assert (np.diff(total[order]) <= 1e-12).all()
     names = ["effort", "mine_lowest"]
-    assert plugin_versions(names) == {"heuristics_of_mine": plugin}
+    assert HEURISTICS.versions(names) == {"heuristics_of_mine": plugin}
 
 
 def test_an_unknown_name_lists_plugins_too(plugin: str) -> None:
@@ -287,7 +286,7 @@ def test_an_unknown_name_lists_plugins_too(plugin: str) -> None:
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("not_callable", "must be a function of the candidates, is int"),
+        ("not_callable", "must be callable, is int"),
         ("absent", "cannot be loaded: AttributeError"),
         ("no_module", "cannot be loaded: ModuleNotFoundError"),
     ],
@@ -302,9 +301,9 @@ def test_a_plugin_that_cannot_be_loaded_is_named(plugin: str, name: str, reason:
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("too_many", r"shape \(30,\), gave \(31,\)"),
-        ("no_number", "must give finite numbers, gave nan for candidate 2"),
-        ("words", "must give an array of numbers, gave list"),
+        ("too_many", r"shape \(30,\), not \(31,\)"),
+        ("no_number", "must return finite numbers, not nan for candidate 2"),
+        ("words", "must return an array of numbers, not list"),
         ("failing", "failed: ZeroDivisionError: division by zero"),
     ],
 )
@@ -325,7 +324,7 @@ def test_two_plugins_of_one_name(
     other.mkdir()
     install(other, "heuristics_of_yours", "mine_")
     monkeypatch.syspath_prepend(str(other))
-    load_plugin.cache_clear()
+    HEURISTICS.clear()
     with pytest.raises(InvalidInput, match="two plug-ins have this name") as caught:
         check_names({"mine_lowest": 1.0}, "limbs.a.heuristics")
     assert "heuristics_of_mine" in caught.value.value
@@ -351,7 +350,7 @@ def test_a_plugin_plans(plugin: str, toy_data: RobotData, flat_scene: Scene) -> 
 def test_the_example_is_a_plugin() -> None:
     folder = Path(__file__).parents[3] / "examples" / "heuristic_plugin"
     project = tomllib.loads((folder / "pyproject.toml").read_text())["project"]
-    module, name = project["entry-points"][GROUP]["wide_stance"].split(":")
+    module, name = project["entry-points"][HEURISTICS.group]["wide_stance"].split(":")
     spec = importlib.util.spec_from_file_location(module, folder / f"{module}.py")
     assert spec is not None
     assert spec.loader is not None

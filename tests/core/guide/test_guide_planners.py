@@ -9,6 +9,7 @@ import pytest
 
 from rbprm_core.budget import Budget
 from rbprm_core.errors import Cancelled
+from rbprm_core.failures import Cause, Failure
 from rbprm_core.guide.guide_options import GuideOptions
 from rbprm_core.guide.protocol import SHORTCUT, GuideProblem
 from rbprm_core.guide.registry import GUIDE_PLANNERS
@@ -74,7 +75,7 @@ def test_without_gravity_a_guide_is_not_settled(problem: Make) -> None:
 def test_a_guide_keeps_away_from_an_avoided_root(problem: Make) -> None:
     planner = GUIDE_PLANNERS.get("rrt", "stages.guide")(problem())
     beside = np.array([1.0, 1.0, 0.6, 0, 0, 0, 1])
-    assert planner.failure(beside) == ("", "")
+    assert planner.failure(beside) is None
     first = planner.find(Budget(), np.random.default_rng(0)).guide
     stopped = first.root(0.5 * first.length)
     planner.avoid(stopped, KEPT)
@@ -87,9 +88,11 @@ def test_a_guide_keeps_away_from_an_avoided_root(problem: Make) -> None:
 def test_the_failure_of_a_root(problem: Make) -> None:
     planner = GUIDE_PLANNERS.get("rrt", "stages.guide")(problem())
     inside, above = (np.array([0, 0, z, 0, 0, 0, 1.0]) for z in (0.6, 5.0))
-    assert "obstacle" in planner.blocked(inside)
-    assert planner.failure(above)[0] == "lf_leg"
-    assert planner.blocked(above) == ""
+    assert planner.trunk_failure(inside) == Failure.of(Cause.TRUNK_IN_OBSTACLE)
+    failure = planner.failure(above)
+    assert failure is not None
+    assert (failure.cause, failure.limb) == (Cause.NO_SURFACE_IN_WORKSPACE, "lf_leg")
+    assert planner.trunk_failure(above) is None
 
 
 def test_prm_keeps_its_roadmap_in_the_store(problem: Make) -> None:

@@ -26,6 +26,7 @@ from rbprm_core.errors import (
     StartUnreachable,
     TimeLimitReached,
 )
+from rbprm_core.failures import Cause, Failure
 from rbprm_core.guide.guide_options import GuideOptions, RrtOptions
 from rbprm_core.guide.root import RootBounds
 from rbprm_core.placement import Placement
@@ -35,6 +36,8 @@ from rbprm_core.request import PlannerOptions, PlanRequest
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, make_surface
 
+COLLISION = Failure.of(Cause.ROOT_COLLISION)
+KINEMATICS = Failure.of(Cause.NO_KINEMATIC_SOLUTION, "lf")
 BOUNDS = RootBounds(np.array([-3, -0.1, 0.2]), np.array([8, 0.1, 0.6]), np.full(3, 0.2))
 
 
@@ -163,7 +166,7 @@ def test_a_seed_that_fails_early_gives_its_place_to_another(
 def test_how_far_an_attempt_came_is_the_share_of_its_guide() -> None:
     late = TimeLimitReached(1.0, "sequence")
     late.states, late.fraction = (1, 2), 0.7
-    stopped = NoSequenceFound(3, "", "no way", 0.5, (1, 2, 3))
+    stopped = NoSequenceFound(3, COLLISION, 0.5, (1, 2, 3))
     early = TimeLimitReached(1.0, "guide")
     assert sorted([late, early, stopped], key=how_far) == [early, stopped, late]
 
@@ -262,11 +265,13 @@ def test_no_process_outlives_the_command(
     "error",
     [
         InvalidInput("goal.x", 3, "is far"),
-        StartUnreachable("collides", "lf"),
-        GoalUnreachable("collides"),
-        NoGuideFound("30 samples", 3),
-        NoSequenceFound(4, "lf", "kinematics", 0.4, (1, 2)),
-        TimeLimitReached(3.0, "guide", NoSequenceFound(4, "lf", "kinematics", 0.4)),
+        StartUnreachable(Failure.of(Cause.LIMB_COLLISION, "lf")),
+        GoalUnreachable(COLLISION),
+        NoGuideFound(
+            Failure.of(Cause.TREES_NOT_CONNECTED, samples=30, start_nodes=2, goal_nodes=1), 3
+        ),
+        NoSequenceFound(4, KINEMATICS, 0.4, (1, 2)),
+        TimeLimitReached(3.0, "guide", NoSequenceFound(4, KINEMATICS, 0.4)),
         Cancelled("guide"),
         ProcessDied(3, -9),
     ],
@@ -276,5 +281,6 @@ def test_errors_travel_between_processes(error: RbprmError) -> None:
     assert type(again) is type(error)
     assert str(again) == str(error)
     assert again.code == error.code
+    assert again.failure == error.failure
     for name, value in vars(error).items():
         assert str(getattr(again, name)) == str(value)

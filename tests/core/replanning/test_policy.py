@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rbprm_core.errors import InvalidInput
+from rbprm_core.failures import Cause, Failure
 from rbprm_core.replanning.policy import Keep, Replan, Situation, Stuck, decide
 
 
@@ -61,7 +62,7 @@ def test_the_way_back_is_halved() -> None:
 def test_a_robot_that_stands_on_nothing_is_stuck() -> None:
     decision = decide(Situation(40, 7, (7, 8)))
     assert isinstance(decision, Stuck)
-    assert "state 7" in decision.reason
+    assert decision.failure == Failure.of(Cause.EXECUTED_STATE_INVALID, state=7)
 
 
 def test_what_is_left_of_a_failed_plan_is_planned_on_when_surfaces_change() -> None:

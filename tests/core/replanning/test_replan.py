@@ -21,9 +21,11 @@ from rbprm_core.errors import (
     StartUnreachable,
     TimeLimitReached,
 )
+from rbprm_core.failures import Cause
+from rbprm_core.outcome import Outcome
 from rbprm_core.plan_conversion.plan_to_states import states_from_plan
 from rbprm_core.plan_conversion.states_to_plan import contact_plan, state_entry
-from rbprm_core.planner import Outcome, plan
+from rbprm_core.planner import plan
 from rbprm_core.replanning.replan import replan, replan_from_one_of
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot.data import RobotData
@@ -81,8 +83,10 @@ def test_a_quadruped_goes_on_too(trot: Planned) -> None:
 def test_a_state_whose_surface_is_gone_is_no_start(climb: Planned) -> None:
     data, scene, request, outcome = climb
     gone = scene.edited(removed=["ground"])
-    with pytest.raises(StartUnreachable, match="no surface carries the contact of limb") as caught:
+    with pytest.raises(StartUnreachable) as caught:
         replan(outcome.states, 2, request, data, gone, Budget(60.0))
+    assert caught.value.failure.cause == Cause.SURFACE_LOST
+    assert caught.value.failure.surface == "ground"
     assert caught.value.limb in ("left_leg", "right_leg")
     assert caught.value.states == outcome.states[:3]
 
@@ -91,8 +95,10 @@ def test_a_state_that_slips_is_no_start(climb: Planned) -> None:
     data, scene, request, outcome = climb
     ice = Scene([replace(surface, friction=0.05) for surface in scene.surfaces])
     slope = replace(request, gravity=np.array([0.0, 2.0, -9.6]))
-    with pytest.raises(StartUnreachable, match="robustness"):
+    with pytest.raises(StartUnreachable) as caught:
         replan(outcome.states, 0, slope, data, ice, Budget(60.0))
+    assert caught.value.failure.cause == Cause.LOW_ROBUSTNESS
+    assert caught.value.failure.figure("threshold") == request.robustness_threshold
 
 
 def test_friction_of_today_counts(climb: Planned) -> None:
@@ -112,7 +118,7 @@ def test_a_body_in_an_obstacle_is_no_start(climb: Planned) -> None:
         [x + 0.2, y + 0.3, z],
         [x - 0.2, y + 0.3, z],
     ]
-    with pytest.raises(StartUnreachable, match="trunk"):
+    with pytest.raises(StartUnreachable) as caught:
         replan(
             outcome.states,
             0,
@@ -121,6 +127,7 @@ def test_a_body_in_an_obstacle_is_no_start(climb: Planned) -> None:
             scene.edited([make_surface("wall", wall, 0.5)]),
             Budget(60.0),
         )
+    assert caught.value.failure.cause == Cause.TRUNK_COLLISION
 
 
 def test_a_root_outside_the_bounds_is_named(climb: Planned) -> None:
@@ -128,14 +135,14 @@ def test_a_root_outside_the_bounds_is_named(climb: Planned) -> None:
     bounds = replace(request.bounds, low=np.array([-0.1, -0.5, 0.6]))
     with pytest.raises(InvalidInput) as caught:
         replan(outcome.states, 0, replace(request, bounds=bounds), data, scene, Budget(60.0))
-    assert caught.value.field == "first.root"
+    assert caught.value.field == "history.root"
 
 
 def test_another_robots_state_is_refused(climb: Planned, trot: Planned) -> None:
     data, scene, request, _ = climb
     with pytest.raises(InvalidInput) as caught:
-        plan(request, data, scene, Budget(60.0), first=trot[3].states[0])
-    assert caught.value.field == "first.q"
+        plan(request, data, scene, Budget(60.0), history=trot[3].states[:1])
+    assert caught.value.field == "history.q"
 
 
 @pytest.mark.parametrize("index", [-1, 10_000])

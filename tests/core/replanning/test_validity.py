@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rbprm_core.body.collision import CollisionModel
 from rbprm_core.body.state import State
 from rbprm_core.errors import InvalidInput
-from rbprm_core.planner import Outcome
+from rbprm_core.outcome import Outcome
 from rbprm_core.replanning.validity import Reason, ValidityMonitor
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot.data import RobotData

@@ -135,7 +135,7 @@ def test_cancel_of_a_running_job_takes_less_than_100_ms(
     with pytest.raises(PlanningFailed) as caught:
         future.result(TIMEOUT)
     assert time.monotonic() - started < 0.1
-    assert caught.value.failure.code is ErrorCode.CANCELLED
+    assert caught.value.record.code is ErrorCode.CANCELLED
 
 
 def test_cancel_of_a_waiting_job(worker: PlanningWorker, search: Job, walk: Job) -> None:
@@ -165,7 +165,7 @@ def test_close_ends_all_work(search: Job, walk: Job) -> None:
 def test_robot_that_cannot_be_loaded_is_told(worker: PlanningWorker, walk: Job) -> None:
     with pytest.raises(PlanningFailed) as caught:
         worker.submit(replace(walk, robot=RobotChoice("spot")), ignore).result(TIMEOUT)
-    assert (caught.value.failure.code, caught.value.failure.field) == (2, "robot")
+    assert (caught.value.record.code, caught.value.record.field) == (2, "robot")
 
 
 def test_report_that_fails_is_told_and_the_next_job_is_done(search: Job, walk: Job) -> None:

@@ -4,7 +4,7 @@
 """
 
 from rbprm_core.bench.campaign import Campaign, run_campaign
-from rbprm_core.bench.record import Case, Failure, RunRecord
+from rbprm_core.bench.record import Case, RunFailure, RunRecord
 from rbprm_core.bench.report import write_campaign
 
-__all__ = ["Campaign", "Case", "Failure", "RunRecord", "run_campaign", "write_campaign"]
+__all__ = ["Campaign", "Case", "RunFailure", "RunRecord", "run_campaign", "write_campaign"]

@@ -8,12 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rbprm_core.bench.failure import group
-from rbprm_core.bench.record import INVALID_PLAN, Failure, RunRecord
+from rbprm_core.bench.record import INVALID_PLAN, RunFailure, RunRecord
+from rbprm_core.counters import CONTACTS_FOUND, ROOTS, ROOTS_IN_EQUILIBRIUM, no_contact
+from rbprm_core.failures import CONTACT_CAUSES, Cause
 
-FOUND_CONTACT = "contacts"
-NO_EQUILIBRIUM = "no contact: equilibrium"
-NO_CONTACT = "no contact: "
 CaseKey = tuple[str, str, str, float, float]
 
 
@@ -49,10 +47,16 @@ class Spread:
 
 
 @dataclass(frozen=True)
-class Cause:
-    """A way to fail: how many runs, and the seed of one of them."""
+class FailureGroup:
+    """Runs that failed in the same way.
 
-    failure: Failure
+    Attributes:
+        failure: failure of the first of these runs.
+        runs: number of these runs.
+        seed: seed of the first of these runs.
+    """
+
+    failure: RunFailure
     runs: int
     seed: int
 
@@ -62,23 +66,37 @@ class Aggregate:
     """The figures of a case; those of time and size are of its successes, None without any.
 
     Attributes:
-        seconds: by phase, as `RunRecord.seconds`. guide: with its shortcuts. total: all phases.
-        wall, cpu: seconds by the clock, and of processor time.
-        per_transition, per_state: seconds of `total` for one.
-        states, transitions: numbers.
-        roots_in_equilibrium: share of the root configurations tried along the guides that gave a
-            state in equilibrium, failed runs included; None where none was tried.
-        contacts_found: share of the contacts asked of single limbs that were found, failed runs
-            included; the others are kinematic_failures, where no candidate was in reach and free of
-            collision, and equilibrium_failures, where none was in equilibrium.
-        causes: of the failures, the most frequent first.
-        invalid_plans, violations: plans that the check refused, and broken bounds in all.
+        scenario: name of the scenario.
+        robot: name of the robot.
+        robustness: raw b0 asked of every state, newtons.
+        time_limit: time limit of a run, seconds.
+        runs: number of runs.
+        successes: number of runs that succeeded.
+        seconds: seconds by stage, as in `RunRecord.seconds`.
+        guide: seconds of the guide, shortcuts included.
+        total: seconds of all stages.
+        wall: seconds by the clock.
+        cpu: seconds of processor time.
+        per_transition: seconds of `total` divided by the number of contact transitions.
+        per_state: seconds of `total` divided by the number of states.
+        states: number of states.
+        transitions: number of contact transitions.
+        roots_in_equilibrium: share of the root configurations tried along the guides at which a
+            state in equilibrium was found, failed runs included; None where none was tried.
+        contacts_found: share of the requested contacts of single limbs that were found, failed
+            runs included.
+        kinematic_failures: share of those for which no candidate was in reach and free of
+            collision.
+        equilibrium_failures: share of those for which no candidate was in equilibrium.
+        causes: groups of failed runs, the largest first.
+        invalid_plans: number of plans that the check refused.
+        violations: number of violations that the check found in all plans.
         distinct_plans: number of different plans among the successes.
-        support: shares of their transitions in which the robot stands without the moving contact at
-            both ends, at one, at neither; None where there is no transition.
-        overhanging: contacts of all plans whose patch lies only in part on the environment.
-        goal_missed: plans whose last state lacks a contact that was asked for.
-        peak_memory: bytes, the most of all runs.
+        support: shares of the transitions in which the robot is in equilibrium without the moving
+            contact at both ends, at one, at neither; None where there is no transition.
+        overhanging: number of contacts whose patch lies only in part on the environment.
+        goal_missed: number of plans whose last state lacks a requested contact.
+        peak_memory: largest resident memory of all runs, bytes.
     """
 
     scenario: str
@@ -100,7 +118,7 @@ class Aggregate:
     contacts_found: float | None
     kinematic_failures: float | None
     equilibrium_failures: float | None
-    causes: tuple[Cause, ...]
+    causes: tuple[FailureGroup, ...]
     invalid_plans: int
     violations: int
     distinct_plans: int
@@ -134,9 +152,9 @@ def _of_case(runs: list[RunRecord]) -> Aggregate:
     counts: Counter[str] = Counter()
     for run in runs:
         counts.update(run.counts)
-    no_equilibrium = counts[NO_EQUILIBRIUM]
-    none = sum(n for name, n in counts.items() if name.startswith(NO_CONTACT))
-    asked = counts[FOUND_CONTACT] + none
+    no_equilibrium = counts[no_contact(Cause.NO_EQUILIBRIUM)]
+    none = sum(counts[no_contact(cause)] for cause in CONTACT_CAUSES)
+    requested = counts[CONTACTS_FOUND] + none
     return Aggregate(
         scenario=runs[0].scenario,
         robot=runs[0].robot,
@@ -153,10 +171,10 @@ def _of_case(runs: list[RunRecord]) -> Aggregate:
         per_state=_spread([_total(run) / max(run.states, 1) for run in done]),
         states=_spread([run.states for run in done]),
         transitions=_spread([run.transitions for run in done]),
-        roots_in_equilibrium=_share(counts["roots_in_equilibrium"], counts["roots"]),
-        contacts_found=_share(asked - none, asked),
-        kinematic_failures=_share(none - no_equilibrium, asked),
-        equilibrium_failures=_share(no_equilibrium, asked),
+        roots_in_equilibrium=_share(counts[ROOTS_IN_EQUILIBRIUM], counts[ROOTS]),
+        contacts_found=_share(requested - none, requested),
+        kinematic_failures=_share(none - no_equilibrium, requested),
+        equilibrium_failures=_share(no_equilibrium, requested),
         causes=_causes(runs),
         invalid_plans=sum(r.failure is not None and r.failure.code == INVALID_PLAN for r in runs),
         violations=sum(sum((run.violations or {}).values()) for run in runs),
@@ -168,12 +186,17 @@ def _of_case(runs: list[RunRecord]) -> Aggregate:
     )
 
 
-def _causes(runs: list[RunRecord]) -> tuple[Cause, ...]:
-    grouped: dict[Failure, list[int]] = {}
+def _causes(runs: list[RunRecord]) -> tuple[FailureGroup, ...]:
+    groups: dict[tuple[str, str, str], list[RunRecord]] = {}
     for run in runs:
         if run.failure is not None:
-            grouped.setdefault(group(run.failure), []).append(run.seed)
-    causes = [Cause(failure, len(seeds), seeds[0]) for failure, seeds in grouped.items()]
+            key = run.failure.code, run.failure.cause, run.failure.limb
+            groups.setdefault(key, []).append(run)
+    causes = [
+        FailureGroup(failed[0].failure, len(failed), failed[0].seed)
+        for failed in groups.values()
+        if failed[0].failure is not None
+    ]
     return tuple(sorted(causes, key=lambda cause: -cause.runs))
 
 

@@ -42,18 +42,21 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Failure:
-    """Why a run is no success.
+class RunFailure:
+    """Why a run is no success. Runs with equal code, cause and limb failed in the same way.
 
     Attributes:
         code: name of an `ErrorCode`, or INVALID_PLAN or LATE of this module.
-        limb: limb to blame, "" where no single limb is.
-        reason: in words.
+        cause: name of the `Cause`, with the stage where a time limit ended the run; kinds of the
+            violations of an invalid plan; name of the field at fault, or of an unforeseen error.
+        limb: name of the limb at fault, "" where no single limb is.
+        text: the failure of this run in words, with its figures.
     """
 
     code: str
+    cause: str
     limb: str
-    reason: str
+    text: str
 
 
 INVALID_PLAN = "INVALID_PLAN"
@@ -93,7 +96,7 @@ class RunRecord:
     seed: int
     robustness: float
     time_limit: float
-    failure: Failure | None
+    failure: RunFailure | None
     seconds: dict[str, float]
     wall: float
     cpu: float

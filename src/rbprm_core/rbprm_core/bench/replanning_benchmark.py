@@ -18,10 +18,11 @@ from rbprm_core.budget import Budget
 from rbprm_core.check import check_plan
 from rbprm_core.environment import polygon_entry
 from rbprm_core.errors import InvalidInput, RbprmError
+from rbprm_core.outcome import Outcome
 from rbprm_core.placement import Placement
 from rbprm_core.plan_conversion.states_to_plan import contact_plan
 from rbprm_core.plan_record import ContactPlan
-from rbprm_core.planner import Outcome, plan
+from rbprm_core.planner import plan
 from rbprm_core.replanning.policy import Replan, Situation, Stuck, decide
 from rbprm_core.replanning.replan import replan_from_one_of
 from rbprm_core.replanning.validity import InvalidState, ValidityMonitor

@@ -18,13 +18,14 @@ from threadpoolctl import threadpool_limits
 
 from rbprm_core.bench.failure import failure_of, failure_of_check
 from rbprm_core.bench.memory import forget_peak, peak_memory
-from rbprm_core.bench.record import LATE, Failure, RunRecord, Task
+from rbprm_core.bench.record import LATE, RunFailure, RunRecord, Task
 from rbprm_core.budget import Budget
 from rbprm_core.check import check_plan
 from rbprm_core.errors import RbprmError
+from rbprm_core.outcome import Outcome
 from rbprm_core.plan_conversion.states_to_plan import contact_plan
 from rbprm_core.plan_record import ContactPlan, Statistics
-from rbprm_core.planner import Outcome, plan
+from rbprm_core.planner import plan
 from rbprm_core.robot import known_robots
 from rbprm_core.robot.data import RobotData, load_robot_data
 from rbprm_core.scenario import Scenario, known_scenarios, load_scenario
@@ -90,7 +91,7 @@ def measure(scenario: Scenario, data: RobotData, scene: Scene, task: Task) -> Ru
     forget_peak()
     wall, cpu = time.perf_counter(), time.thread_time()
     found: Outcome | None = None
-    failure: Failure | None = None
+    failure: RunFailure | None = None
     statistics = Statistics()
     try:
         found = plan(request, data, fresh, Budget(task.time_limit))
@@ -125,7 +126,7 @@ def _checked(record: RunRecord, result: ContactPlan) -> RunRecord:
     report = check_plan(result)
     failure = failure_of_check(report.violations)
     if failure is None and record.wall > record.time_limit:
-        failure = Failure(LATE, "", f"took {record.wall:.3g} s")
+        failure = RunFailure(LATE, "", "", f"took {record.wall:.3g} s")
     steps = np.diff([node.position for node in result.guide], axis=0)
     robustness = report.min_robustness
     return replace(

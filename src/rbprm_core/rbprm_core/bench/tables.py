@@ -244,15 +244,16 @@ def failures_table(found: Sequence[Aggregate]) -> str:
     Args:
         found: figures of the cases.
     """
-    head = ("scenario", "robot", "runs", "code", "limb", "reason", "a seed")
+    head = ("scenario", "robot", "runs", "code", "cause", "limb", "one of them", "its seed")
     rows = [
         (
             f"`{case.scenario}`",
             case.robot,
             f"{cause.runs} of {case.runs}",
             cause.failure.code,
+            cause.failure.cause or NONE,
             cause.failure.limb or NONE,
-            cause.failure.reason,
+            cause.failure.text,
             str(cause.seed),
         )
         for case in found

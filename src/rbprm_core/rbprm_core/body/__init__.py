@@ -1,4 +1,4 @@
-"""The robot's body under contact: contacts, states, collision and static equilibrium.
+"""The robot's body under contact: contacts, states, transitions, whole-body queries.
 
 Below the guide planners and the contact planners, and used by both.
 """
@@ -7,5 +7,16 @@ from rbprm_core.body.collision import CollisionModel
 from rbprm_core.body.contact import Contact
 from rbprm_core.body.stability import Stability
 from rbprm_core.body.state import State
+from rbprm_core.body.transition import Action, ContactChange, Transition
+from rbprm_core.body.whole_body import WholeBody
 
-__all__ = ["CollisionModel", "Contact", "Stability", "State"]
+__all__ = [
+    "Action",
+    "CollisionModel",
+    "Contact",
+    "ContactChange",
+    "Stability",
+    "State",
+    "Transition",
+    "WholeBody",
+]

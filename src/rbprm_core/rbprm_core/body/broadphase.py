@@ -1,4 +1,4 @@
-"""Collision of many pairs of bodies at once: boxes are compared before shapes are."""
+"""Collision tests of many pairs of bodies at once: boxes are compared before shapes."""
 
 from __future__ import annotations
 
@@ -7,24 +7,27 @@ from collections.abc import Iterable, Sequence
 import coal
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.errors import RbprmError
-
-Array = NDArray[np.float64]
 
 THICKNESS = 1e-3  # metres, added to the boxes: pinocchio leaves out a body whose box is flat
 
 
 class PairGroup:
-    """Some bodies of a robot, some obstacles, and the pairs of them to test.
+    """Pairs of bodies of a robot, and of bodies and obstacles, that are tested together.
 
     Not thread-safe: it holds scratch data.
 
     Args:
-        model: of the robot. objects: all its bodies. pairs: indices into `objects`.
-        against: indices of the objects that are tested against every obstacle.
-        obstacles: shapes in the planning frame.
+        model: model of the robot.
+        objects: all collision bodies of the robot.
+        pairs: indices into `objects` of the pairs to test against each other.
+        against: indices into `objects` of the bodies to test against every obstacle.
+        obstacles: shapes of the obstacles in the planning frame.
+
+    Attributes:
+        index: index in the group by index into `objects`.
     """
 
     def __init__(
@@ -66,8 +69,9 @@ class PairGroup:
         """True where a pair collides.
 
         Args:
-            data: of the robot's model, forward kinematics done.
-            lifted: bodies moved by `lift` (3,) in the planning frame before they are tested.
+            data: data of the robot's model, forward kinematics done.
+            lifted: indices into `objects` of the bodies to be moved before they are tested.
+            lift: (3,) displacement of these bodies in the planning frame, metres.
         """
         if not len(self._geometry.collisionPairs):
             return False

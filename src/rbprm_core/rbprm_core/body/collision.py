@@ -1,34 +1,34 @@
-"""Collision of the robot in a scene: one limb at a time, against what it can touch."""
+"""Collision tests of the robot in a scene: one limb at a time, against all that it can touch."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
 import coal
-import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.body.broadphase import PairGroup
 from rbprm_core.budget import Budget
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
 
-Array = NDArray[np.float64]
 Shapes = Sequence[coal.CollisionGeometry]
 
 LIFT = 1e-3
 """Metres by which a limb in contact is lifted off its surface before it is tested.
 
-The touching facet then is no collision, while everything else still is; half of the depth that a
-plan's check allows.
+The touched facet then is no collision, all other facets still are. Half of the depth that the check
+of a plan allows.
 """
 
 
 class CollisionModel:
-    """Tests of one robot in one scene. Not thread-safe: it holds scratch data.
+    """Collision tests of one robot in one scene. Not thread-safe: it holds scratch data.
 
     Args:
+        data: the robot with its collision bodies.
+        scene: the environment.
         budget: polled while the tests are set up; None for no limit.
     """
 
@@ -57,18 +57,25 @@ class CollisionModel:
         self._root = group(bodies.limb_pairs(-1), own(-1), scene.shapes)
 
     def root_free(self, q: Array) -> bool:
-        """True where the root part is clear of the environment (and of itself)."""
+        """True where the root part is free of collision with the environment and itself.
+
+        Args:
+            q: (nq,) configuration.
+        """
         pin.forwardKinematics(self._model, self._data, q)
         return not self._root.collides(self._data)
 
     def limb_free(
-        self, q: Array, limb: int, normal: Array | None, without: Iterable[int] = ()
+        self, q: Array, limb: int, normal: Array | None, ignored: Iterable[int] = ()
     ) -> bool:
-        """True where a limb is clear of the environment and of the rest of the robot.
+        """True where a limb is free of collision with the environment and the rest of the robot.
 
         Args:
-            normal: (3,) of the surface that the limb touches, None where it touches none.
-            without: limbs that are not tested against, since they will be somewhere else.
+            q: (nq,) configuration.
+            limb: index of the limb.
+            normal: (3,) normal of the surface that the limb touches, None where it touches none.
+            ignored: indices of limbs that are not tested against, since their posture is not
+                known yet.
         """
         pin.forwardKinematics(self._model, self._data, q)
         lifted = () if normal is None else self._ends[limb]
@@ -77,7 +84,7 @@ class CollisionModel:
             return False
         if self._own[limb].collides(self._data):
             return False
-        others = set(range(len(self._own))) - {limb, *without}
+        others = set(range(len(self._own))) - {limb, *ignored}
         return not any(
             self._between[frozenset((limb, k))].collides(self._data) for k in sorted(others)
         )

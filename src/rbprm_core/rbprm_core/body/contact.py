@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from rbprm_core.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,12 +12,13 @@ class Contact:
     """One contact of a limb, in the planning frame.
 
     Attributes:
-        limb: index of the limb.
+        limb: index of the limb; its contact spot says which frame and outline touch the surface.
         position: (3,) contact point, or middle of the patch, metres.
         rotation: (3, 3) contact frame, columns t1, t2 and the outward normal n.
         points: (k, 3) points that carry forces: 1, or the 4 corners of the patch, metres.
-        generators: (k, 4, 3) unit rays of the friction cone of each point.
-        friction: coefficient. surface: id of the surface.
+        generators: (k, 4, 3) unit generators of the friction cone of each point.
+        friction: friction coefficient.
+        surface: id of the surface.
     """
 
     limb: int
@@ -33,5 +31,5 @@ class Contact:
 
     @property
     def normal(self) -> Array:
-        """Outward unit normal (3,)."""
+        """Outward unit normal (3,) of the surface."""
         return self.rotation[:, 2]

@@ -1,42 +1,49 @@
-"""How firmly contacts hold a robot, with weight or without."""
+"""Robustness of contact sets, with weight or without."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
 from rbprm_core.statics import Equilibrium, grip_robustness, robustness
 
-Array = NDArray[np.float64]
-
-CLOSED = 1e-3  # of the grip force; least b0 without weight that is safely over rounding
+MIN_CLOSURE = 1e-3
+"""Share of the grip force; b0 without weight from which on force closure is beyond rounding."""
 
 
 class Stability:
     """The robustness of one robot's contact sets.
 
     Args:
-        mass: of the robot, kg. gravity: (3,) m/s^2.
-        grip_force: sum of the contact forces that b0 without weight is measured by, newtons.
-        threshold: least b0 asked for, newtons.
+        mass: mass of the robot, kg.
+        gravity: (3,) gravity in the planning frame, m/s^2.
+        grip_force: sum of the contact forces by which b0 without weight is measured, newtons.
+        threshold: b0 that the request asks of every state, newtons.
 
     Attributes:
-        least: b0 under which nothing holds, newtons.
-        threshold: least b0 of a state, newtons: what is asked for, and never under `least`
-            without weight.
+        min_equilibrium: b0 below which no state is in equilibrium, newtons.
+        min_robustness: b0 that every state must reach, newtons: the request's threshold, and
+            without weight at least `min_equilibrium`.
     """
 
     def __init__(self, mass: float, gravity: Array, grip_force: float, threshold: float) -> None:
         self._mass, self._gravity, self._grip_force = mass, gravity, grip_force
         self._weightless = not (mass * gravity).any()
-        self.least = CLOSED * grip_force if self._weightless else 0.0
-        self.threshold = max(threshold, self.least) if self._weightless else threshold
+        self.min_equilibrium = MIN_CLOSURE * grip_force if self._weightless else 0.0
+        self.min_robustness = (
+            max(threshold, self.min_equilibrium) if self._weightless else threshold
+        )
 
     def b0(self, contacts: Sequence[Contact], com: Array) -> float:
-        """b0 of contacts with the centre of mass (3,) somewhere, newtons; -inf of none."""
+        """Robustness b0 of a contact set, newtons; minus infinity of an empty one.
+
+        Args:
+            contacts: the contacts that carry forces.
+            com: (3,) centre of mass in the planning frame, metres.
+        """
         if not contacts:
             return -np.inf
         points = np.concatenate([c.points for c in contacts])

@@ -4,32 +4,31 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """A whole-body configuration and its contacts (appendix B).
+    """A whole-body configuration in static equilibrium on its contacts.
 
     Attributes:
-        q: (nq,) configuration.
-        contacts: oldest first: the order in which contacts are moved (FIFO).
-        free: indices of the limbs not in contact, free for longest first.
-        com: (3,) centre of mass, metres.
-        robustness: raw b0 in newtons.
+        q: (nq,) configuration: position and quaternion [x, y, z, w] of the root in the planning
+            frame, then joint positions in radians or metres.
+        contacts: the contacts, one a limb at most, in the order in which they were made.
+        com: (3,) centre of mass in the planning frame, metres.
+        robustness: raw b0, newtons.
     """
 
     q: Array
     contacts: tuple[Contact, ...]
-    free: tuple[int, ...]
     com: Array
     robustness: float
 
     def contact_of(self, limb: int) -> Contact | None:
-        """The contact of a limb, None where it is free."""
+        """The contact of a limb, None where it is free.
+
+        Args:
+            limb: index of the limb.
+        """
         return next((c for c in self.contacts if c.limb == limb), None)

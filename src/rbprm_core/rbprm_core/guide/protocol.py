@@ -15,6 +15,7 @@ import numpy as np
 from rbprm_core.arrays import Array
 from rbprm_core.budget import Budget
 from rbprm_core.counters import Counters
+from rbprm_core.failures import Failure
 from rbprm_core.guide.guide_options import GuideOptions
 from rbprm_core.guide.roadmap import RoadmapStore
 from rbprm_core.guide.root_space import RootSpace
@@ -150,17 +151,15 @@ class GuidePlanner(Protocol):
     def forget(self) -> None:
         """Allow again all root configurations passed to `avoid`."""
 
-    def failure(self, root: Array) -> tuple[str, str]:
-        """Limb and reason why no guide may pass a root configuration; ("", "") where one may.
-
-        The limb is "" where the reason concerns none in particular.
+    def failure(self, root: Array) -> Failure | None:
+        """Why no guide may pass a root configuration, None where one may.
 
         Args:
             root: (7 + j,) root configuration.
         """
 
-    def blocked(self, root: Array) -> str:
-        """Reason why the robot's trunk cannot be at a root configuration; "" where it can.
+    def trunk_failure(self, root: Array) -> Failure | None:
+        """Why the robot's trunk cannot be at a root configuration, None where it can.
 
         For a root that is known to admit contacts, `failure` tests too much.
 

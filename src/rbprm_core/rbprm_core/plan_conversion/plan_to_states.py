@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rbprm_core.body.contact import Contact
 from rbprm_core.body.state import State
+from rbprm_core.body.transition import is_kept
 from rbprm_core.errors import InvalidInput
 from rbprm_core.placement import Placement
 from rbprm_core.plan_record import ContactEntry, StateEntry
@@ -32,7 +33,6 @@ MEASURED = 1e-2
 """Metres that the points of a measured contact may be off its surface, or its limb off it."""
 MEASURED_TURN = float(np.deg2rad(8.0))  # radians, the same between their normals
 BEYOND = 0.02  # radians or metres; a measured joint that far beyond its limit is put onto it
-MOVED = 1e-3  # metres; a limb's contact that moved less from one state to the next was kept
 
 
 def state_from_plan(
@@ -69,27 +69,26 @@ def state_from_plan(
         contacts.append(contact)
     if scene is not None:
         q = _standing(q, contacts, robot, field)
-    held = {contact.limb for contact in contacts}
-    free = tuple(k for k in range(len(robot.limbs)) if k not in held)
     com = np.asarray(pin.centerOfMass(robot.model, robot.model.createData(), q, False)).copy()
-    return State(q, tuple(contacts), free, com, float(entry.robustness))
+    return State(q, tuple(contacts), com, float(entry.robustness))
 
 
 def states_from_plan(
     entries: Sequence[StateEntry], robot: Robot, field: str = "states"
 ) -> tuple[State, ...]:
-    """A whole sequence from its words, with the ages of contacts and of free limbs.
+    """A whole sequence from its words; contacts of each state are in the order of their making.
 
-    Which contact is the oldest, and which limb has been free for longest, follows from the states
-    before; on the first state the entry's order counts. Nothing is asked of any surface: those of
-    states that are over may be gone.
+    Contacts that a state keeps from the one before are the same objects. Surfaces are not tested:
+    those of executed states may be gone.
 
     Raises:
         InvalidInput: see `state_from_plan`.
     """
-    return tuple(
-        _aged(state_from_plan(e, robot, None, f"{field}.{i}") for i, e in enumerate(entries))
-    )
+    states: list[State] = []
+    for i, entry in enumerate(entries):
+        state = state_from_plan(entry, robot, None, f"{field}.{i}")
+        states.append(_with_kept_contacts(states[-1], state) if states else state)
+    return tuple(states)
 
 
 def root_placement(entry: StateEntry, field: str = "state") -> Placement:
@@ -101,28 +100,12 @@ def root_placement(entry: StateEntry, field: str = "state") -> Placement:
     return Placement.parse(entry.root.position, entry.root.orientation, f"{field}.root")
 
 
-def _aged(states: Iterator[State]) -> Iterator[State]:
-    """The states with contacts oldest first and free limbs free for longest first."""
-    before: State | None = None
-    for state in states:
-        if before is not None:
-            state = _after(before, state)
-        yield state
-        before = state
-
-
-def _after(before: State, state: State) -> State:
-    """The state with what it kept of the one before in the order, and as the objects, of there."""
-    kept = [old for old in before.contacts if _is_kept(old, state.contact_of(old.limb))]
+def _with_kept_contacts(before: State, state: State) -> State:
+    """The state with the contacts that it keeps first, in the order and as objects of before."""
+    kept = [old for old in before.contacts if is_kept(old, state.contact_of(old.limb))]
     limbs = {contact.limb for contact in kept}
     made = [contact for contact in state.contacts if contact.limb not in limbs]
-    longest = [limb for limb in before.free if limb in state.free]
-    freed = [limb for limb in state.free if limb not in longest]
-    return replace(state, contacts=(*kept, *made), free=(*longest, *freed))
-
-
-def _is_kept(old: Contact, new: Contact | None) -> bool:
-    return new is not None and float(np.linalg.norm(new.position - old.position)) < MOVED
+    return replace(state, contacts=(*kept, *made))
 
 
 def _configuration(entry: StateEntry, robot: Robot, field: str) -> Array:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rbprm_core.body.contact import Contact
 from rbprm_core.body.state import State
 from rbprm_core.errors import RbprmError
+from rbprm_core.outcome import Outcome
 from rbprm_core.placement import Placement
 from rbprm_core.plan_record import (
     ContactEntry,
@@ -23,7 +24,6 @@ from rbprm_core.plan_record import (
     Statistics,
     Vector3,
 )
-from rbprm_core.planner import Outcome
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot import Robot
 from rbprm_core.robot.model import ROOT_JOINT

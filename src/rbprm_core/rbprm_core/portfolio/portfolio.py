@@ -20,7 +20,7 @@ from rbprm_core.errors import (
     RbprmError,
     TimeLimitReached,
 )
-from rbprm_core.planner import Outcome
+from rbprm_core.outcome import Outcome
 from rbprm_core.processes import (
     ChannelClosed,
     ChildProcess,

@@ -13,7 +13,8 @@ from itertools import count
 
 from rbprm_core.budget import Budget, Progress
 from rbprm_core.errors import NoGuideFound, NoSequenceFound, RbprmError
-from rbprm_core.planner import Outcome, plan
+from rbprm_core.outcome import Outcome
+from rbprm_core.planner import plan
 from rbprm_core.portfolio.portfolio import Started, Task, how_far
 from rbprm_core.processes import Channel, ChannelClosed, ReportThrottle, serve_parent
 from rbprm_core.robot import Robot

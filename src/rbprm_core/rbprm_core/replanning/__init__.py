@@ -1,4 +1,4 @@
-"""Going on from a plan whose surroundings changed: what still holds, from where, and how."""
+"""Replanning after changes of the environment: validity, decision, and the new part."""
 
 from rbprm_core.plan_conversion.plan_to_states import (
     root_placement,

@@ -1,8 +1,8 @@
-"""What to do about a sequence that is being executed when its surroundings change.
+"""Decision about a sequence under execution when the environment changes.
 
-Pure: no clock, no planning. If nothing that lies ahead is touched, the plan stands. Otherwise it is
-planned anew from the last state that holds; where that leads nowhere, from earlier ones, but never
-from before the state that the robot is in.
+A pure function without clock or planning. If all states ahead are valid, the sequence is kept.
+Otherwise it is replanned from the last valid state; where no plan is found from there, from earlier
+ones, but never from before the state that the robot is in.
 """
 
 from __future__ import annotations
@@ -10,20 +10,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rbprm_core.errors import InvalidInput
+from rbprm_core.failure_text import failure_text, root_remedy
+from rbprm_core.failures import Cause, Failure
 
 
 @dataclass(frozen=True)
 class Situation:
-    """A published sequence and how it stands.
+    """A published sequence and the validity of its states.
 
     Attributes:
         states: number of states.
-        executed: index of the state that the robot is in or moves to; -1 where nobody said, which
-            counts as the first.
-        invalid: indices of the states that do not hold, in any order; those that are over do not
+        executed: index of the state that the robot is in or moves to; -1 where it is unknown,
+            which counts as the first.
+        invalid: indices of the invalid states, in any order; states before the executed one do not
             count.
-        complete: True where the sequence reaches its goal; False for the part that holds of one
-            whose replanning failed.
+        complete: True where the sequence reaches its goal; False where it was cut after its last
+            valid state, since replanning failed.
     """
 
     states: int
@@ -34,16 +36,16 @@ class Situation:
 
 @dataclass(frozen=True)
 class Keep:
-    """The sequence stands: nothing is planned."""
+    """The sequence is kept: nothing is planned."""
 
 
 @dataclass(frozen=True)
 class Replan:
-    """The later part is to be planned anew.
+    """The later part is to be replanned.
 
     Attributes:
-        candidates: indices of states to go on from, the best first; the next one where planning
-            from one finds no way.
+        candidates: indices of states to replan from, the best first; the next one counts where
+            planning from one fails.
     """
 
     candidates: tuple[int, ...]
@@ -51,20 +53,28 @@ class Replan:
 
 @dataclass(frozen=True)
 class Stuck:
-    """Nothing can be planned from where the robot is.
+    """Nothing can be planned from the state that the robot is in.
 
     Attributes:
-        reason: why, for people.
+        failure: why.
     """
 
-    reason: str
+    failure: Failure
+
+    @property
+    def reason(self) -> str:
+        """The failure in words, and what to do."""
+        return f"{failure_text(self.failure)}: {root_remedy(self.failure)}"
 
 
 Decision = Keep | Replan | Stuck
 
 
 def decide(situation: Situation) -> Decision:
-    """What to do.
+    """The decision for a situation.
+
+    Args:
+        situation: the sequence and the validity of its states.
 
     Raises:
         InvalidInput: an index that no state has.
@@ -74,9 +84,7 @@ def decide(situation: Situation) -> Decision:
         return Keep()
     ahead = [i for i in situation.invalid if i >= executed]
     if executed in ahead:
-        return Stuck(
-            f"state {executed}, which the robot is in, does not hold: plan from a measured state"
-        )
+        return Stuck(Failure.of(Cause.EXECUTED_STATE_INVALID, state=executed))
     if ahead:
         return Replan(_candidates(min(ahead) - 1, executed))
     if not situation.complete:
@@ -85,7 +93,7 @@ def decide(situation: Situation) -> Decision:
 
 
 def _executed(situation: Situation) -> int:
-    """Index of the executed state, 0 where nobody said."""
+    """Index of the executed state, 0 where it is unknown."""
     indices = [("invalid", index) for index in situation.invalid]
     if situation.executed != -1:
         indices.append(("executed", situation.executed))

@@ -1,4 +1,4 @@
-"""The later part of a sequence planned anew, from one of its states on."""
+"""Replanning of the later part of a sequence, from one of its states on."""
 
 from __future__ import annotations
 
@@ -15,14 +15,17 @@ from rbprm_core.errors import (
     StartUnreachable,
 )
 from rbprm_core.guide.root import RoadmapStore
-from rbprm_core.planner import Outcome, plan
+from rbprm_core.outcome import Outcome
+from rbprm_core.planner import plan
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
 
 FEW_GUIDES = 2
-"""Guides tried from a state while there are earlier ones to go on from: what two guides do not
-find, an earlier state finds sooner than twenty more."""
+"""Guides tried from a state while there are earlier states to replan from.
+
+Where two guides fail, an earlier state finds a plan sooner than twenty more guides.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,9 +33,10 @@ class Revision:
     """A sequence whose later part is new.
 
     Attributes:
-        states: the whole sequence; those before `first_changed` are the same objects as before.
+        states: the whole sequence; the states before `first_changed` are the same objects as
+            before.
         first_changed: index of the first new state; the number of states where there is none.
-        outcome: of the planning, whose first state is the last one that was kept.
+        outcome: outcome of the planning; its first state is the last kept one.
     """
 
     states: tuple[State, ...]
@@ -50,18 +54,23 @@ def replan(
     on_states: Callable[[Sequence[State]], None] | None = None,
     roadmaps: RoadmapStore | None = None,
 ) -> Revision:
-    """Keep a sequence up to one of its states and plan on from there to the request's goal.
+    """The sequence kept up to one of its states, and planned from there to the request's goal.
 
     Args:
-        from_state: index of the last state that is kept.
-        request: its start is not looked at.
-        on_states: told the whole sequence so far, the kept states first, whenever it has grown.
+        plan_states: states of the sequence.
+        from_state: index of the last state to keep.
+        request: goal and conditions; its start is not used.
+        data: the robot with its precomputed data.
+        scene: supporting surfaces and obstacles of the present.
+        budget: time limit, cancel flag and progress.
+        on_states: called with the whole sequence so far, the kept states first, whenever a state
+            is added.
+        roadmaps: roadmaps that the caller keeps between requests.
 
     Raises:
-        InvalidInput: there is no state of this index; see `plan`.
-        RbprmError: see `plan`. The error's `states` are the whole sequence as far as it got, with
-            the kept states in any case; where only it and not the goal was reached, `state` and
-            text count from the sequence's first state.
+        InvalidInput: no state has this index; see `plan`.
+        RbprmError: see `plan`. The error's `states` are the whole sequence found, the kept states
+            included; `NoSequenceFound.state` counts from the sequence's first state.
     """
     if not 0 <= from_state < len(plan_states):
         reason = f"must be the index of a state: there are {len(plan_states)}"
@@ -73,7 +82,7 @@ def replan(
             on_states((*kept, *states[1:]))
 
     try:
-        outcome = plan(request, data, scene, budget, roadmaps, first=kept[-1], on_states=grown)
+        outcome = plan(request, data, scene, budget, roadmaps, history=kept, on_states=grown)
     except RbprmError as error:
         raise _counted(error, kept) from error
     return Revision((*kept, *outcome.states[1:]), len(kept), outcome)
@@ -89,26 +98,34 @@ def replan_from_one_of(
     on_states: Callable[[Sequence[State]], None] | None = None,
     roadmaps: RoadmapStore | None = None,
 ) -> Revision:
-    """As `replan`, from the first of some states that leads to the goal.
+    """As `replan`, from the first of some states from which a plan is found.
 
     Args:
-        candidates: indices of states, as `rbprm_core.replanning.policy.Replan` has them.
+        plan_states: states of the sequence.
+        candidates: indices of states, as in `rbprm_core.replanning.policy.Replan`.
+        request: goal and conditions; its start is not used.
+        data: the robot with its precomputed data.
+        scene: supporting surfaces and obstacles of the present.
+        budget: time limit, cancel flag and progress of all candidates together.
+        on_states: called with the whole sequence so far, the kept states first, whenever a state
+            is added.
+        roadmaps: roadmaps that the caller keeps between requests.
 
     Raises:
         InvalidInput: no candidates; see `replan`.
-        RbprmError: see `replan`; of the candidate that came farthest, where none led there.
+        RbprmError: see `replan`; where no candidate succeeds, the failure with most states.
     """
     if not candidates:
         raise InvalidInput("candidates", [], "must name a state at least")
-    hasty = replace(
+    limited = replace(
         request,
         options=replace(request.options, guides=min(FEW_GUIDES, request.options.guides)),
     )
     failures: list[RbprmError] = []
     for k, index in enumerate(candidates):
-        asked = hasty if k + 1 < len(candidates) else request
+        chosen = limited if k + 1 < len(candidates) else request
         try:
-            return replan(plan_states, index, asked, data, scene, budget, on_states, roadmaps)
+            return replan(plan_states, index, chosen, data, scene, budget, on_states, roadmaps)
         except (StartUnreachable, NoGuideFound, NoSequenceFound) as error:
             failures.append(error)
     raise max(failures, key=lambda error: len(error.states))
@@ -120,7 +137,7 @@ def _counted(error: RbprmError, kept: tuple[State, ...]) -> RbprmError:
     if isinstance(error, NoSequenceFound):
         statistics = error.statistics
         index = error.state + len(kept) - 1
-        error = NoSequenceFound(index, error.limb, error.reason, error.fraction, states)
+        error = NoSequenceFound(index, error.failure, error.fraction, states)
         error.statistics = statistics
     error.states = states
     return error

@@ -1,27 +1,29 @@
-"""Which states of a sequence do not hold in a scene, and why: fast enough to ask at every change.
+"""Validity of the states of a sequence in a changing scene.
 
-What depends on the states alone (where the bodies are, robustness as planned) is computed once a
-sequence. A change of the scene then costs the contacts' surfaces, the boxes of all bodies against
-the boxes of what was added, and an exact test of what is left.
+What depends on the states alone (placements of the bodies, robustness as planned) is computed once
+for a sequence. A change of the scene then costs a search of the contacts' surfaces, a comparison of
+the boxes of all bodies with those of the added triangles, and an exact test of the pairs left.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import coal
 import numpy as np
-import pinocchio as pin
-from numpy.typing import NDArray
 
-from rbprm_core.body.collision import LIFT
+from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
 from rbprm_core.body.stability import Stability
 from rbprm_core.body.state import State
+from rbprm_core.body.state_failures import low_robustness, surface_lost
 from rbprm_core.contacts.continuation import ROUNDING
 from rbprm_core.errors import InvalidInput
+from rbprm_core.failure_text import failure_text
+from rbprm_core.failures import Cause, Failure
+from rbprm_core.replanning.placed_bodies import PlacedBodies
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface
 from rbprm_core.scene.changes import added_triangles
@@ -29,44 +31,71 @@ from rbprm_core.scene.supporting_surface import supporting_surface
 from rbprm_core.scene.triangles import mesh_shape
 from rbprm_core.statics import GRIP_FORCE, cone_generators
 
-Array = NDArray[np.float64]
-
 
 class Reason(IntEnum):
-    """Why a state does not hold. Values are part of the interface: messages use them."""
+    """Why a state is invalid. The values are part of the interface: messages use them."""
 
     SURFACE_LOST = 1
     COLLISION = 2
     NOT_IN_EQUILIBRIUM = 3
 
 
+REASONS = {
+    Cause.SURFACE_LOST: Reason.SURFACE_LOST,
+    Cause.BODY_COLLISION: Reason.COLLISION,
+    Cause.LOW_ROBUSTNESS: Reason.NOT_IN_EQUILIBRIUM,
+}
+"""Reason by cause of the failure."""
+
+
 @dataclass(frozen=True)
 class InvalidState:
-    """A state that does not hold.
+    """A state that is invalid in a scene.
 
     Attributes:
-        index: in the sequence.
-        reason: the first of the reasons, in their order, that it fails by.
-        limb: name of the limb at fault, "" where it is the root part or no single one.
-        surface: id of the surface that was lost, "" for other reasons.
-        text: the reason with its figures, for people.
+        index: index of the state in the sequence.
+        failure: why it is invalid: of several failures, the first in the order of `Reason`.
     """
 
     index: int
-    reason: Reason
-    limb: str
-    surface: str
-    text: str
+    failure: Failure
+
+    @property
+    def reason(self) -> Reason:
+        """Kind of the failure."""
+        return REASONS[self.failure.cause]
+
+    @property
+    def limb(self) -> str:
+        """Name of the limb at fault, "" where it is the root part or no single limb."""
+        return self.failure.limb
+
+    @property
+    def surface(self) -> str:
+        """Id of the lost surface, "" for other reasons."""
+        return self.failure.surface
+
+    @property
+    def text(self) -> str:
+        """The failure in words."""
+        return failure_text(self.failure)
 
 
 class ValidityMonitor:
-    """One sequence, to be held against one scene after the other. Not thread-safe.
+    """Validates one sequence in one scene after the other. Not thread-safe.
 
     Args:
-        threshold: least b0 of a state, newtons; where the planner was told to take the most robust
-            states under it (`accept_below_threshold`), 0. gravity: (3,) m/s^2.
-        grip_force: what b0 without gravity is measured by, newtons.
-        free: a scene in which no state collides, as the one that they were planned in.
+        data: the robot with its precomputed data.
+        states: states of the sequence.
+        threshold: b0 that every state must reach, newtons; 0 where the planner accepted less than
+            the request's (`accept_below_threshold`).
+        gravity: (3,) gravity in the planning frame, m/s^2.
+        grip_force: sum of the contact forces by which b0 without weight is measured, newtons.
+        free: a scene in which no state collides, such as the one of the planning; None where none
+            is known.
+
+    Attributes:
+        states: states of the sequence.
 
     Raises:
         InvalidInput: a state of another robot.
@@ -89,153 +118,88 @@ class ValidityMonitor:
         self.states = tuple(states)
         self._names = [limb.name for limb in robot.limbs]
         self._stability = Stability(robot.mass, gravity, grip_force, threshold)
-        self._bodies = _PlacedBodies(data, self.states)
+        self._bodies = PlacedBodies(data, self.states)
         self._planned = [self._stability.b0(state.contacts, state.com) for state in self.states]
         self._free, self._free_from = free, 0
-        """The newest scene in which no state collides, from an index on."""
+        """The newest scene in which no state collides, and the index of the first of them."""
 
     def invalid(self, scene: Scene, first: int = 0) -> tuple[InvalidState, ...]:
-        """The states from `first` on that do not hold in a scene, in order, one reason each.
+        """The invalid states in a scene, in order, one failure each.
 
-        Only what is new since the last scene in which none of them collided is tested for
-        collisions; contacts and equilibrium are looked at in any case.
+        Only the triangles added since the last scene in which no state collided are tested for
+        collisions; contacts and equilibrium are always tested.
+
+        Args:
+            scene: supporting surfaces and obstacles.
+            first: index of the first state to validate.
         """
-        found: dict[int, InvalidState] = {}
-        supporting_surfaces: dict[
-            int, Surface | None
-        ] = {}  # by contact: neighbours share most of theirs
-        hit = self._hit(scene, first)
+        found: list[InvalidState] = []
+        surfaces: dict[int, Surface | None] = {}  # by contact: neighbours share most of theirs
+        collisions = self._collisions(scene, first)
         for i in range(first, len(self.states)):
             state = self.states[i]
             for contact in state.contacts:
-                if id(contact) not in supporting_surfaces:
-                    supporting_surfaces[id(contact)] = supporting_surface(
+                if id(contact) not in surfaces:
+                    surfaces[id(contact)] = supporting_surface(
                         scene, contact.points, contact.normal, contact.surface
                     )
-            on = [supporting_surfaces[id(contact)] for contact in state.contacts]
-            invalid = self._lost(i, on) or self._collides(i, hit) or self._falls(i, on)
-            if invalid is not None:
-                found[i] = invalid
-        return tuple(found.values())
+            below = [surfaces[id(contact)] for contact in state.contacts]
+            failure = (
+                self._surface_lost(state, below)
+                or self._collision(collisions.get(i))
+                or self._low_robustness(i, below)
+            )
+            if failure is not None:
+                found.append(InvalidState(i, failure))
+        return tuple(found)
 
-    def _hit(self, scene: Scene, first: int) -> dict[int, int]:
-        """For each state from `first` on that collides, a hull that does."""
+    def _collisions(self, scene: Scene, first: int) -> dict[int, int]:
+        """Index of a hull in collision, by index of the state from `first` on."""
         before = self._free if self._free_from <= first else None
-        hit = self._bodies.hit(_shapes(scene, before), first)
-        if not hit:  # of the states, not of what is told of them: a lost surface comes first there
+        found = self._bodies.collisions(_shapes(scene, before), first)
+        # Of the collisions themselves, not of the failures: a lost surface hides a collision there.
+        if not found:
             self._free, self._free_from = scene, first
-        return hit
-
-    def _lost(self, i: int, on: list[Surface | None]) -> InvalidState | None:
-        """The state's first contact that nothing carries."""
-        for contact, surface in zip(self.states[i].contacts, on, strict=True):
-            if surface is None:
-                limb, was = self._names[contact.limb], contact.surface
-                at = ", ".join(f"{x:.3f}" for x in contact.position)
-                text = f"no surface carries the contact of {limb} at ({at}) m, which was on {was}"
-                return InvalidState(i, Reason.SURFACE_LOST, limb, was, text)
-        return None
-
-    def _collides(self, i: int, hit: dict[int, int]) -> InvalidState | None:
-        """The state's first body that is in something."""
-        if i not in hit:
-            return None
-        body = hit[i]
-        owner = self._bodies.owner[body]
-        limb = self._names[owner] if owner >= 0 else ""
-        text = f"body {self._bodies.names[body]} collides with the environment"
-        return InvalidState(i, Reason.COLLISION, limb, "", text)
-
-    def _falls(self, i: int, on: list[Surface | None]) -> InvalidState | None:
-        """The state where friction is not enough any more."""
-        state, value = self.states[i], self._planned[i]
-        frictions = [0.0 if surface is None else surface.friction for surface in on]
-        if any(mu != c.friction for mu, c in zip(frictions, state.contacts, strict=True)):
-            rubbing = [_rubbing(c, mu) for c, mu in zip(state.contacts, frictions, strict=True)]
-            value = self._stability.b0(rubbing, state.com)
-        least = self._stability.threshold
-        if value >= least - ROUNDING:
-            return None
-        text = f"robustness {value:.3g} N under {least:g} N"
-        return InvalidState(i, Reason.NOT_IN_EQUILIBRIUM, "", "", text)
-
-
-class _PlacedBodies:
-    """All hulls of a robot in all states of a sequence; a limb in contact is lifted (`LIFT`).
-
-    Attributes:
-        owner: (b,) limb of each hull, -1 for the root part. names: of the hulls.
-    """
-
-    def __init__(self, data: RobotData, states: Sequence[State]) -> None:
-        bodies, model = data.bodies, data.robot.model
-        objects = bodies.objects[: bodies.hulls]
-        self.owner = bodies.owner[: bodies.hulls]
-        self.names = [body.name for body in objects]
-        self._shapes = [body.geometry for body in objects]
-        for shape in self._shapes:
-            shape.computeLocalAABB()
-        low = np.array([shape.aabb_local.min_ for shape in self._shapes])
-        high = np.array([shape.aabb_local.max_ for shape in self._shapes])
-        rotations, places = _joint_placements(model, states)
-        joints = [body.parentJoint for body in objects]
-        turns = np.array([body.placement.rotation for body in objects])
-        shifts = np.array([body.placement.translation for body in objects])
-        self._rotations = rotations[:, joints] @ turns
-        self._places = places[:, joints] + np.einsum("sbij,bj->sbi", rotations[:, joints], shifts)
-        last = bodies.last[: bodies.hulls]
-        for i, state in enumerate(states):
-            for contact in state.contacts:
-                self._places[i, last & (self.owner == contact.limb)] += LIFT * contact.normal
-        middle = np.einsum("sbij,bj->sbi", self._rotations, (low + high) / 2) + self._places
-        extent = np.einsum("sbij,bj->sbi", np.abs(self._rotations), (high - low) / 2)
-        self._low, self._high = middle - extent, middle + extent
-        self._request = coal.CollisionRequest()
-        # Without contacts coal gives up on some pairs that are millimetres deep in each other.
-        self._request.enable_contact = True
-
-    def hit(self, shapes: Sequence[coal.BVHModelOBBRSS], first: int) -> dict[int, int]:
-        """For each state from `first` on that has one, a hull that is in one of some shapes."""
-        still, found = coal.Transform3s(), dict[int, int]()
-        for shape in shapes:
-            shape.computeLocalAABB()
-            low, high = np.array(shape.aabb_local.min_), np.array(shape.aabb_local.max_)
-            near = (self._low[first:] <= high) & (self._high[first:] >= low)
-            for state, body in np.argwhere(near.all(axis=2)):
-                i = first + int(state)
-                if i in found:
-                    continue
-                pose = coal.Transform3s(self._rotations[i, body], self._places[i, body])
-                result = coal.CollisionResult()
-                coal.collide(self._shapes[body], pose, shape, still, self._request, result)
-                if result.isCollision():
-                    found[i] = int(body)
         return found
 
+    def _surface_lost(self, state: State, below: Sequence[Surface | None]) -> Failure | None:
+        """The failure of the first contact without a supporting surface."""
+        for contact, surface in zip(state.contacts, below, strict=True):
+            if surface is None:
+                return surface_lost(self._names[contact.limb], contact)
+        return None
 
-def _joint_placements(model: pin.Model, states: Sequence[State]) -> tuple[Array, Array]:
-    """Rotations (s, j, 3, 3) and positions (s, j, 3) of all joints in the planning frame."""
-    data = model.createData()
-    rotations = np.empty((len(states), model.njoints, 3, 3))
-    places = np.empty((len(states), model.njoints, 3))
-    for i, state in enumerate(states):
-        pin.forwardKinematics(model, data, state.q)
-        for j in range(model.njoints):
-            rotations[i, j], places[i, j] = data.oMi[j].rotation, data.oMi[j].translation
-    return rotations, places
+    def _collision(self, body: int | None) -> Failure | None:
+        """The failure of a hull in collision."""
+        if body is None:
+            return None
+        owner = self._bodies.owner[body]
+        limb = self._names[owner] if owner >= 0 else ""
+        return Failure.of(Cause.BODY_COLLISION, limb, body=self._bodies.names[body])
+
+    def _low_robustness(self, i: int, below: Sequence[Surface | None]) -> Failure | None:
+        """The failure of a state whose b0 is too small with the present friction."""
+        state, value = self.states[i], self._planned[i]
+        frictions = [0.0 if surface is None else surface.friction for surface in below]
+        if any(mu != c.friction for mu, c in zip(frictions, state.contacts, strict=True)):
+            changed = [
+                _with_friction(c, mu) for c, mu in zip(state.contacts, frictions, strict=True)
+            ]
+            value = self._stability.b0(changed, state.com)
+        minimum = self._stability.min_robustness
+        if value >= minimum - ROUNDING:
+            return None
+        return low_robustness(value, minimum, len(state.contacts))
 
 
 def _shapes(scene: Scene, before: Scene | None) -> Sequence[coal.BVHModelOBBRSS]:
-    """What may be hit: everything, or what is new since another scene."""
+    """Shapes to test: all of a scene, or those added since another scene."""
     if before is None:
         return scene.shapes
     return [mesh_shape(triangles) for triangles in added_triangles(before, scene)]
 
 
-def _rubbing(contact: Contact, friction: float) -> Contact:
-    """The contact with another coefficient of friction."""
+def _with_friction(contact: Contact, friction: float) -> Contact:
+    """The contact with another friction coefficient."""
     rays = np.broadcast_to(cone_generators(contact.rotation, friction), contact.generators.shape)
-    return Contact(
-        contact.limb, contact.position, contact.rotation, contact.points, rays, friction,
-        contact.surface,
-    )  # fmt: skip
+    return replace(contact, generators=rays, friction=friction)

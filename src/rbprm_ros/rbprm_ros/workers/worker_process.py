@@ -14,6 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rbprm_core.body.state import State
+from rbprm_core.body.state_failures import surface_lost
 from rbprm_core.budget import Budget, Progress
 from rbprm_core.errors import Cancelled, InvalidInput, RbprmError
 from rbprm_core.guide.root import RoadmapStore
@@ -23,7 +24,6 @@ from rbprm_core.planner import plan
 from rbprm_core.processes import Channel, ChannelClosed, serve_parent
 from rbprm_core.replanning import (
     InvalidState,
-    Reason,
     ValidityMonitor,
     replan_from_one_of,
     state_from_plan,
@@ -189,14 +189,14 @@ class Server:
         assert self._monitor_key == work.key  # `PlanningWorker` keeps track of what is held here
         scene = self._current_scene()
         if scene is None:
-            return _all_lost(self._monitor.states, work.first)
+            return _all_lost(self._monitor.states, work.first, data.robot)
         return self._monitor.invalid(scene, work.first)
 
 
-def _all_lost(states: Sequence[State], first: int) -> tuple[InvalidState, ...]:
+def _all_lost(states: Sequence[State], first: int, robot: Robot) -> tuple[InvalidState, ...]:
     """The invalid states where there are no surfaces: all that have contacts."""
     return tuple(
-        InvalidState(i, Reason.SURFACE_LOST, "", "", f"state {i}: there are no surfaces")
+        InvalidState(i, surface_lost(robot.limbs[state.contacts[0].limb].name, state.contacts[0]))
         for i, state in enumerate(states)
         if i >= first and state.contacts
     )

@@ -11,11 +11,13 @@ from rbprm_core.contacts.along_guide import ContactGenerator, start_state
 from rbprm_core.contacts.along_guide.look_ahead import LookAhead
 from rbprm_core.contacts.along_guide.options import GeneratorOptions
 from rbprm_core.errors import StartUnreachable
+from rbprm_core.failures import Cause
 from rbprm_core.guide.root import RootBounds
+from rbprm_core.outcome import Outcome
 from rbprm_core.placement import Placement
 from rbprm_core.plan_conversion.states_to_plan import contact_plan
 from rbprm_core.plan_record import EnvironmentEntry, SurfaceEntry
-from rbprm_core.planner import Outcome, plan
+from rbprm_core.planner import plan
 from rbprm_core.request import PlannerOptions, PlanRequest
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
@@ -33,7 +35,7 @@ def generator(
     return ContactGenerator(data, scene, GRAVITY, threshold, options)
 
 
-def test_the_generator_takes_the_most_robust_over_the_floor(
+def test_the_generator_takes_the_most_robust_over_the_fallback(
     toy_data: RobotData, flat_scene: Scene
 ) -> None:
     able = generator(toy_data, flat_scene, 0.0, accept_below_threshold=False)
@@ -41,15 +43,17 @@ def test_the_generator_takes_the_most_robust_over_the_floor(
     others = [contact for contact in first.contacts if contact.limb != 0]
     still = LookAhead.still(START)
     reached = able.generate(first.q, 0, others, still)
-    assert not isinstance(reached, str)
+    assert not isinstance(reached, Cause)
     unreachable = 1e3
-    assert able.generate(first.q, 0, others, still, threshold=unreachable) == "equilibrium"
-    best = able.generate(first.q, 0, others, still, threshold=unreachable, floor=0.0)
-    assert not isinstance(best, str)
-    assert best[2] == pytest.approx(able.robustness(best[0], [*others, best[1]]))
-    assert reached[2] <= best[2] < unreachable
-    assert able.generate(first.q, 0, others, still, threshold=unreachable, floor=900.0) == (
-        "equilibrium"
+    assert (
+        able.generate(first.q, 0, others, still, min_robustness=unreachable) == Cause.NO_EQUILIBRIUM
+    )
+    best = able.generate(first.q, 0, others, still, min_robustness=unreachable, fallback=0.0)
+    assert not isinstance(best, Cause)
+    assert best.robustness == pytest.approx(able.body.robustness(best.q, [*others, best.contact]))
+    assert reached.robustness <= best.robustness < unreachable
+    assert able.generate(first.q, 0, others, still, min_robustness=unreachable, fallback=900.0) == (
+        Cause.NO_EQUILIBRIUM
     )
 
 
@@ -64,13 +68,14 @@ def test_a_threshold_that_is_reached_is_not_given_up(
 
 
 def test_the_start_state_on_request_only(toy_data: RobotData, flat_scene: Scene) -> None:
-    with pytest.raises(StartUnreachable, match="equilibrium"):
+    with pytest.raises(StartUnreachable) as caught:
         start_state(generator(toy_data, flat_scene, 1e3, accept_below_threshold=False), START, FEET)
+    assert caught.value.failure.cause == Cause.NO_EQUILIBRIUM
     able = generator(toy_data, flat_scene, 1e3, accept_below_threshold=True)
-    assert able.floor == 0.0
+    assert able.fallback_robustness == 0.0
     state = start_state(able, START, FEET)
     assert 0 <= state.robustness < 1e3
-    assert state.robustness == pytest.approx(able.robustness(state.q, state.contacts))
+    assert state.robustness == pytest.approx(able.body.robustness(state.q, state.contacts))
 
 
 @pytest.fixture(scope="module")

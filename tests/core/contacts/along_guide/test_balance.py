@@ -49,5 +49,5 @@ def test_it_is_that_of_the_robot_with_the_limb_as_in_the_sample(
         for sample, com in zip(samples, balance.com(samples), strict=True):
             moved = q.copy()
             moved[limb.q_index] = databases[k].joints[sample]
-            assert com == pytest.approx(generator.com(moved), abs=1e-6)
+            assert com == pytest.approx(generator.body.com(moved), abs=1e-6)
         assert 0 < balance.share < 0.5

@@ -272,7 +272,7 @@ def test_a_flat_foot_stands_where_its_contact_says(
     shifted = state.q.copy()
     shifted[:2] += [0.02, -0.01]
     for contact in state.contacts:
-        moved = generator.maintain(shifted, contact)
+        moved = generator.body.project(shifted, contact)
         assert moved is not None
         for q in (state.q, moved):
             pin.framesForwardKinematics(robot.model, scratch, q)
@@ -281,5 +281,5 @@ def test_a_flat_foot_stands_where_its_contact_says(
             assert there.translation == pytest.approx(contact.position, abs=2e-5)
             assert there.rotation == pytest.approx(contact.rotation, abs=2e-4)
             assert there.act(limb.corners[0]) == pytest.approx(contact.points[0], abs=1e-4)
-    assert generator.robustness(state.q, state.contacts) == pytest.approx(state.robustness)
+    assert generator.body.robustness(state.q, state.contacts) == pytest.approx(state.robustness)
     assert state.robustness >= 2.0

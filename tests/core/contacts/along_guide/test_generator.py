@@ -1,4 +1,4 @@
-"""The contact generator: what it makes is a contact, and what it refuses has a reason."""
+"""The contact generator: what it makes is a contact, and what it refuses has a cause."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rbprm_core.body.contact import Contact
-from rbprm_core.body.state import State
 from rbprm_core.contacts.along_guide import ContactGenerator, start_state
-from rbprm_core.contacts.along_guide.generator import DOUBT
+from rbprm_core.contacts.along_guide.generator import COM_MARGIN, Placed
 from rbprm_core.contacts.along_guide.look_ahead import LookAhead
 from rbprm_core.contacts.along_guide.options import GeneratorOptions
+from rbprm_core.contacts.along_guide.walk_state import WalkState
 from rbprm_core.errors import InvalidInput
+from rbprm_core.failures import Cause
 from rbprm_core.robot import Robot
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface
@@ -46,7 +47,7 @@ def foot(robot: Robot, q: Array, limb: int) -> Array:
     return np.asarray(data.oMf[this.frame].act(this.contact.translation)).copy()
 
 
-def standing(generator: ContactGenerator, root: Array) -> State:
+def standing(generator: ContactGenerator, root: Array) -> WalkState:
     return start_state(generator, root, LEGS)
 
 
@@ -90,14 +91,14 @@ def stones(hyq_data: RobotData) -> ContactGenerator:
 def test_a_contact_is_on_its_surface_and_the_limb_on_the_contact(
     tilted: ContactGenerator, x: float, y: float, z: float, yaw: float, limb: int
 ) -> None:
-    robot, scene = tilted.robot, tilted.scene
+    robot, scene = tilted.robot, tilted.body.scene
     root = root_at(x, y, z, yaw)
     q = placed(robot, root)
     before = q.copy()
-    found = tilted.generate(q, limb, [], LookAhead.still(root), threshold=-np.inf)
+    found = tilted.generate(q, limb, [], LookAhead.still(root), min_robustness=-np.inf)
     assert np.array_equal(q, before)
-    assert not isinstance(found, str)
-    moved, contact, _ = found
+    assert isinstance(found, Placed)
+    moved, contact = found.q, found.contact
     index = robot.limbs[limb].q_index
     others = np.setdiff1d(np.arange(len(q)), index)
     assert np.array_equal(moved[others], q[others])
@@ -119,7 +120,7 @@ def test_a_contact_is_on_its_surface_and_the_limb_on_the_contact(
     assert depth.min() >= 0.03 - 1e-9
     centre = contact.position + robot.limbs[limb].radius * contact.normal
     assert foot(robot, moved, limb) == pytest.approx(centre, abs=1e-4)
-    assert tilted.collision.limb_free(moved, limb, contact.normal)
+    assert tilted.body.collision.limb_free(moved, limb, contact.normal)
 
 
 @settings(max_examples=60)
@@ -129,9 +130,9 @@ def test_a_contact_keeps_off_the_edges_of_a_stepping_stone(
 ) -> None:
     root = root_at(x, y, 0.6)
     q = placed(stones.robot, root)
-    found = stones.generate(q, limb, [], LookAhead.still(root), threshold=-np.inf)
-    assert not isinstance(found, str)
-    offset = (found[1].position[:2] + STONE / 2) % PITCH - STONE / 2
+    found = stones.generate(q, limb, [], LookAhead.still(root), min_robustness=-np.inf)
+    assert isinstance(found, Placed)
+    offset = (found.contact.position[:2] + STONE / 2) % PITCH - STONE / 2
     assert np.abs(offset).max() <= STONE / 2 - 0.03 + 1e-6
 
 
@@ -141,10 +142,10 @@ def test_what_is_made_is_robust_enough(flat: ContactGenerator) -> None:
     for limb in LEGS:
         others = [c for c in state.contacts if c.limb != limb]
         found = flat.generate(state.q, limb, others, LookAhead.still(root))
-        assert not isinstance(found, str)
-        q, contact, value = found
-        assert value >= 10.0
-        assert value == pytest.approx(flat.robustness(q, [*others, contact]))
+        assert isinstance(found, Placed)
+        assert found.robustness >= 10.0
+        held = [*others, found.contact]
+        assert found.robustness == pytest.approx(flat.body.robustness(found.q, held))
 
 
 def test_a_moved_contact_is_somewhere_else(flat: ContactGenerator) -> None:
@@ -153,27 +154,28 @@ def test_a_moved_contact_is_somewhere_else(flat: ContactGenerator) -> None:
     for old in state.contacts:
         others = [c for c in state.contacts if c is not old]
         found = flat.generate(state.q, old.limb, others, LookAhead.still(root), replaced=old)
-        assert not isinstance(found, str)
-        assert np.linalg.norm(found[1].position - old.position) > 0.015
+        assert isinstance(found, Placed)
+        assert np.linalg.norm(found.contact.position - old.position) > 0.015
 
 
-def test_reasons(flat: ContactGenerator, hyq_data: RobotData, make_box: Box) -> None:
+def test_causes(flat: ContactGenerator, hyq_data: RobotData, make_box: Box) -> None:
     high = root_at(0, 0, 5)
     assert (
-        flat.generate(placed(flat.robot, high), 0, [], LookAhead.still(high))
-        == "no candidate near a surface"
+        flat.generate(placed(flat.robot, high), 0, [], LookAhead.still(high)) == Cause.NO_CANDIDATE
     )
     root = root_at(0, 0, 0.6)
     still = LookAhead.still(root)
-    assert flat.generate(placed(flat.robot, root), 0, [], still) == "equilibrium"
+    assert flat.generate(placed(flat.robot, root), 0, [], still) == Cause.NO_EQUILIBRIUM
     state = standing(flat, root)
     others = list(state.contacts[1:])
-    assert flat.generate(state.q, 0, others, still, threshold=1e6) == "equilibrium"
+    assert flat.generate(state.q, 0, others, still, min_robustness=1e6) == Cause.NO_EQUILIBRIUM
     low = make_box("lid", np.array([-2, -2, 0.02]), np.array([2, 2, 0.4]))
     ground = make_surface("g", [[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]], 0.5)
     lid = [face for face in low if face.normal[2] < 0.5]  # no top to stand on
     covered = ContactGenerator(hyq_data, Scene([ground, *lid]), GRAVITY, 0.0)
-    assert covered.generate(placed(covered.robot, root), 0, [], still) == "kinematics"
+    assert (
+        covered.generate(placed(covered.robot, root), 0, [], still) == Cause.NO_KINEMATIC_SOLUTION
+    )
 
 
 def test_a_kept_contact_stays_where_it_is(flat: ContactGenerator) -> None:
@@ -183,7 +185,7 @@ def test_a_kept_contact_stays_where_it_is(flat: ContactGenerator) -> None:
         q = state.q.copy()
         q[0] += shift
         for contact in state.contacts:
-            moved = flat.maintain(q, contact)
+            moved = flat.body.project(q, contact)
             assert moved is not None
             centre = contact.position + robot.limbs[contact.limb].radius * contact.normal
             assert foot(robot, moved, contact.limb) == pytest.approx(centre, abs=1e-4)
@@ -193,17 +195,17 @@ def test_a_kept_contact_stays_where_it_is(flat: ContactGenerator) -> None:
             q = moved
     far = state.q.copy()
     far[0] += 2.0
-    assert all(flat.maintain(far, contact) is None for contact in state.contacts)
+    assert all(flat.body.project(far, contact) is None for contact in state.contacts)
 
 
 def test_a_resting_limb_is_free(flat: ContactGenerator) -> None:
     robot = flat.robot
     rng = np.random.default_rng(0)
     q = placed(robot, root_at(0, 0, 0.45))  # the feet of the reference posture are in the ground
-    assert not flat.collision.limb_free(q, 0, None)
+    assert not flat.body.collision.limb_free(q, 0, None)
     rested = flat.rest(q, 0, rng)
     assert rested is not None
-    assert flat.collision.limb_free(rested, 0, None)
+    assert flat.body.collision.limb_free(rested, 0, None)
     others = np.setdiff1d(np.arange(len(q)), robot.limbs[0].q_index)
     assert np.array_equal(rested[others], q[others])
     again = flat.rest(rested, 0, rng)
@@ -213,10 +215,10 @@ def test_a_resting_limb_is_free(flat: ContactGenerator) -> None:
 
 def test_the_robustness_is_of_all_contacts_together(flat: ContactGenerator) -> None:
     state = standing(flat, root_at(0, 0, 0.6))
-    assert flat.robustness(state.q, state.contacts) == pytest.approx(state.robustness)
-    assert flat.robustness(state.q, state.contacts[:1]) < 0
-    assert flat.robustness(state.q, []) == -np.inf
-    assert flat.com(state.q) == pytest.approx(state.com)
+    assert flat.body.robustness(state.q, state.contacts) == pytest.approx(state.robustness)
+    assert flat.body.robustness(state.q, state.contacts[:1]) < 0
+    assert flat.body.robustness(state.q, []) == -np.inf
+    assert flat.body.com(state.q) == pytest.approx(state.com)
     assert np.abs(state.com[:2] - state.q[:2]).max() < 0.1
 
 
@@ -225,7 +227,7 @@ def test_limbs_keep_to_their_surfaces(hyq_data: RobotData) -> None:
     generator = ContactGenerator(hyq_data, Scene([wall]), GRAVITY, 0.0)
     root = root_at(0, 0, 0.6)
     found = generator.generate(placed(generator.robot, root), 0, [], LookAhead.still(root))
-    assert found == "no candidate near a surface"
+    assert found == Cause.NO_CANDIDATE
 
 
 def test_an_unknown_heuristic_is_bad_input(hyq_data: RobotData, flat_scene: Scene) -> None:
@@ -275,19 +277,19 @@ def test_a_hopeless_candidate_would_have_failed(
             others: list[Contact] = others,
             asked: list[float] = asked,
         ) -> bool:
-            asked.append(generator._b0([*others, contact], com))
+            asked.append(generator.body.b0([*others, contact], com))
             return False
 
         still = LookAhead.still(q[data.robot.root_index])
         for trial, contact in generator._placed(q, limb, others, still, None, judge):
             expected.append(asked[-1])
-            reached.append(generator.robustness(trial, [*others, contact]))
+            reached.append(generator.body.robustness(trial, [*others, contact]))
     before, after = np.array(expected), np.array(reached)
     assert len(before) > 200
     for threshold in np.quantile(after, np.linspace(0.05, 0.95, 19)):
-        hopeless = before < threshold - DOUBT * weight
+        hopeless = before < threshold - COM_MARGIN * weight
         assert (after[hopeless] < threshold).all()
-        assert hopeless[after < threshold - 2 * DOUBT * weight].all()  # and it does save some
+        assert hopeless[after < threshold - 2 * COM_MARGIN * weight].all()  # and it does save some
 
 
 def test_hopeless_candidates_are_not_projected(
@@ -295,8 +297,8 @@ def test_hopeless_candidates_are_not_projected(
 ) -> None:
     """The answer is the same as without the short cut, for fewer projections."""
     found, projected = [], []
-    for doubt in (DOUBT, np.inf):
-        monkeypatch.setattr("rbprm_core.contacts.along_guide.generator.DOUBT", doubt)
+    for doubt in (COM_MARGIN, np.inf):
+        monkeypatch.setattr("rbprm_core.contacts.along_guide.generator.COM_MARGIN", doubt)
         generator = ContactGenerator(hyq_data, flat_scene, GRAVITY, 10.0)
         state = standing(generator, root_at(0, 0, 0.6))
         before = generator.counters.counts["projection"]
@@ -306,11 +308,12 @@ def test_hopeless_candidates_are_not_projected(
                 q[0] += shift
                 others = [c for c in state.contacts if c.limb != limb]
                 ahead = LookAhead.still(q[:7])
-                for threshold in (10.0, 100.0, 200.0, 1e3):
-                    made = generator.generate(q, limb, others, ahead, threshold=threshold)
-                    found.append(made if isinstance(made, str) else made[1].position.tolist())
+                for minimum in (10.0, 100.0, 200.0, 1e3):
+                    made = generator.generate(q, limb, others, ahead, min_robustness=minimum)
+                    placed_at = isinstance(made, Placed) and made.contact.position.tolist()
+                    found.append(placed_at or made)
         projected.append(generator.counters.counts["projection"] - before)
     half = len(found) // 2
     assert found[:half] == found[half:]
-    assert "equilibrium" in found
+    assert Cause.NO_EQUILIBRIUM in found
     assert projected[0] < 0.7 * projected[1]

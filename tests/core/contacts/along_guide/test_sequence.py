@@ -19,8 +19,9 @@ from rbprm_core.contacts.along_guide import (
     start_state,
 )
 from rbprm_core.errors import Cancelled, NoSequenceFound, TimeLimitReached
+from rbprm_core.failures import Cause
 from rbprm_core.guide.root import GuidePath
-from rbprm_core.planner import Outcome
+from rbprm_core.outcome import Outcome
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot import Robot
 from rbprm_core.robot.data import RobotData
@@ -145,11 +146,11 @@ def test_every_state_is_inside_the_limits_and_on_its_contacts(
 
 def test_every_state_is_free_of_collision(steps: list[State], flat: ContactGenerator) -> None:
     for state in steps:
-        assert flat.collision.root_free(state.q)
+        assert flat.body.collision.root_free(state.q)
         for limb in LEGS:
             contact = state.contact_of(limb)
             normal = None if contact is None else contact.normal
-            assert flat.collision.limb_free(state.q, limb, normal)
+            assert flat.body.collision.limb_free(state.q, limb, normal)
 
 
 def unsupported(generator: ContactGenerator, states: list[State]) -> float:
@@ -159,7 +160,7 @@ def unsupported(generator: ContactGenerator, states: list[State]) -> float:
         changed = moves(before, after)
         if changed:
             kept = [c for c in before.contacts if c.limb not in changed]
-            falls.append(max(generator.robustness(s.q, kept) for s in (before, after)) < 0)
+            falls.append(max(generator.body.robustness(s.q, kept) for s in (before, after)) < 0)
     return float(np.mean(falls))
 
 
@@ -233,7 +234,7 @@ def test_where_the_ground_ends(hyq_data: RobotData) -> None:
     assert error.states[-1].q[0] == pytest.approx(error.fraction * 3.0)
     assert error.states[-1].q[0] > 0.2
     assert error.limb in ("", *(limb.name for limb in hyq_data.robot.limbs))
-    assert error.reason
+    assert error.failure.cause != Cause.UNSPECIFIED
     assert f"state {error.state}" in str(error)
     for state in error.states:
         assert state.robustness >= THRESHOLD

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from rbprm_core.body.state import State
 from rbprm_core.contacts.along_guide import ContactGenerator, start_state
 from rbprm_core.contacts.along_guide.start import _in_order
-from rbprm_core.errors import GoalUnreachable, StartUnreachable
+from rbprm_core.errors import GoalUnreachable, RootUnreachable, StartUnreachable
+from rbprm_core.failures import Cause, Failure
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scenario import Scenario
 from rbprm_core.scene import Scene, Surface, make_surface
@@ -40,11 +41,11 @@ def test_a_start_on_flat_ground(hyq_data: RobotData, limbs: tuple[int, ...]) -> 
     assert tuple(contact.limb for contact in state.contacts) == limbs
     assert state.free == tuple(k for k in LEGS if k not in limbs)
     assert state.robustness >= 5.0
-    assert generator.collision.root_free(state.q)
+    assert generator.body.collision.root_free(state.q)
     for limb in LEGS:
         contact = state.contact_of(limb)
         normal = None if contact is None else contact.normal
-        assert generator.collision.limb_free(state.q, limb, normal)
+        assert generator.body.collision.limb_free(state.q, limb, normal)
 
 
 def test_twice_the_same(hyq_data: RobotData) -> None:
@@ -54,45 +55,49 @@ def test_twice_the_same(hyq_data: RobotData) -> None:
 
 def test_the_root_part_in_an_obstacle(hyq_data: RobotData, make_box: Box) -> None:
     pillar = make_box("b", np.array([-0.1, -0.1, 0.3]), np.array([0.1, 0.1, 0.9]))
-    with pytest.raises(StartUnreachable, match="root part") as caught:
+    with pytest.raises(StartUnreachable) as caught:
         start_state(on(hyq_data, [ground(), *pillar]), ROOT, LEGS)
-    assert caught.value.limb == ""
+    assert caught.value.failure == Failure.of(Cause.ROOT_COLLISION)
 
 
 @pytest.mark.parametrize(
     ("which", "kind"), [("start", StartUnreachable), ("goal", GoalUnreachable)]
 )
 def test_a_limb_over_nothing_is_named(
-    hyq_data: RobotData, which: str, kind: type[Exception]
+    hyq_data: RobotData, which: str, kind: type[RootUnreachable]
 ) -> None:
     behind = on(hyq_data, [ground(-5.0, -0.1)])
-    with pytest.raises(kind, match=f"the {which} is not reachable: limb lf_leg") as caught:
+    with pytest.raises(kind) as caught:
         start_state(behind, ROOT, (2, 3, 0, 1), which)
-    assert caught.value.limb == "lf_leg"  # type: ignore[attr-defined]
+    assert caught.value.which == which
+    assert caught.value.failure == Failure.of(Cause.NO_CANDIDATE, "lf_leg")
 
 
 def test_too_much_is_asked_of_the_whole_stance(hyq_data: RobotData) -> None:
-    with pytest.raises(StartUnreachable, match="equilibrium") as caught:
+    with pytest.raises(StartUnreachable) as caught:
         start_state(on(hyq_data, [ground()], threshold=1e4), ROOT, LEGS)
-    assert caught.value.limb == "rh_leg"  # the last, with which the stance is whole
+    # The last limb, with which the stance is whole.
+    assert caught.value.failure == Failure.of(Cause.NO_EQUILIBRIUM, "rh_leg")
 
 
 def test_two_feet_do_not_hold_it(hyq_data: RobotData) -> None:
-    with pytest.raises(StartUnreachable, match="equilibrium"):
+    with pytest.raises(StartUnreachable) as caught:
         start_state(on(hyq_data, [ground()]), ROOT, (0, 1))
+    assert caught.value.failure.cause == Cause.NO_EQUILIBRIUM
 
 
 def test_a_free_limb_in_an_obstacle(hyq_data: RobotData, make_box: Box) -> None:
     low = ROOT.copy()
     low[2] = 0.5  # under the reference height: a foot that finds no contact is in the ground
-    with pytest.raises(StartUnreachable, match="reference posture, is in collision") as caught:
+    with pytest.raises(StartUnreachable) as caught:
         start_state(on(hyq_data, [ground()], threshold=-1e3), low, (0, 1, 2))
-    assert caught.value.limb == "rh_leg"
+    assert caught.value.failure == Failure.of(Cause.REFERENCE_POSTURE_COLLISION, "rh_leg")
 
 
 def test_a_start_on_no_limb_is_no_start(hyq_data: RobotData) -> None:
-    with pytest.raises(StartUnreachable):
+    with pytest.raises(StartUnreachable) as caught:
         start_state(on(hyq_data, [ground()]), ROOT, ())
+    assert caught.value.failure == Failure.of(Cause.NO_START_LIMBS)
 
 
 def test_another_order_where_the_one_given_leads_nowhere(
@@ -110,16 +115,17 @@ def test_another_order_where_the_one_given_leads_nowhere(
         alone = outcome(lambda q=q: _in_order(generator, q, LEGS, 10.0, StartUnreachable))
         found = outcome(lambda root=root: start_state(generator, root, LEGS))
         if isinstance(found, StartUnreachable):
-            assert str(found) == str(alone)  # what is told is of the order given
+            assert isinstance(alone, StartUnreachable)
+            assert found.failure == alone.failure  # that of the order given
             continue
         if isinstance(alone, State):
             assert np.array_equal(found.q, alone.q)  # the order given comes first
         else:
             saved += 1
         assert tuple(contact.limb for contact in found.contacts) == LEGS  # the oldest first
-        assert generator.robustness(found.q, found.contacts) >= 10.0
+        assert generator.body.robustness(found.q, found.contacts) >= 10.0
         for contact in found.contacts:
-            assert generator.collision.limb_free(found.q, contact.limb, contact.normal)
+            assert generator.body.collision.limb_free(found.q, contact.limb, contact.normal)
     assert saved > 0
 
 

@@ -11,11 +11,13 @@ from rbprm_core.body.state import State
 from rbprm_core.budget import Budget
 from rbprm_core.check import CheckReport, check_plan
 from rbprm_core.contacts.along_guide import ContactGenerator, start_state
+from rbprm_core.contacts.along_guide.generator import Placed
 from rbprm_core.contacts.along_guide.look_ahead import LookAhead
 from rbprm_core.errors import InvalidInput
-from rbprm_core.plan_conversion.states_to_plan import EXACT, contact_plan
+from rbprm_core.plan_conversion.states_to_plan import contact_plan
 from rbprm_core.plan_record import ContactPlan
 from rbprm_core.planner import plan
+from rbprm_core.request import END_TOLERANCE
 from rbprm_core.robot import Robot, load_description
 from rbprm_core.robot.data import RobotData, load_robot_data
 from rbprm_core.robot.description import RobotDescription
@@ -97,7 +99,7 @@ def test_the_plan_says_how_far_its_root_may_leave_the_goal(
 ) -> None:
     slack = crawl.options.sequence.root_slack
     assert slack > 0
-    assert crawl_plan.request.position_tolerance == pytest.approx(EXACT + slack)
+    assert crawl_plan.request.position_tolerance == pytest.approx(END_TOLERANCE + slack)
     for state in crawl_plan.states:  # the guide is straight, from start to goal at one height
         assert abs(state.root.position[1]) <= slack
         assert abs(state.root.position[2] - crawl_plan.guide[0].position[2]) <= slack
@@ -105,7 +107,9 @@ def test_the_plan_says_how_far_its_root_may_leave_the_goal(
 
 def test_knees_are_tied_and_hands_are_not(generator: ContactGenerator) -> None:
     robot = generator.robot
-    tied = [limb.name for k, limb in enumerate(robot.limbs) if generator.tied(k)]
+    tied = [
+        limb.name for k, limb in enumerate(robot.limbs) if generator.body.moves_on_surface_only(k)
+    ]
     assert sorted(tied) == ["left_knee", "right_knee"]
     for k in knees(robot):  # the hip's three axes meet: the knee stays on a sphere about them
         database = generator._databases[k]
@@ -139,9 +143,9 @@ def test_a_new_contact_of_a_knee_is_somewhere_else(
         others = [contact for contact in kneeling.contacts if contact is not old]
         ahead = LookAhead.still(kneeling.q[generator.robot.root_index])
         found = generator.generate(kneeling.q, k, others, ahead, replaced=old)
-        assert not isinstance(found, str)
+        assert isinstance(found, Placed)
         assert old is not None
-        distance = np.linalg.norm(found[1].position - old.position)
+        distance = np.linalg.norm(found.contact.position - old.position)
         assert distance > generator.options.move
 
 
@@ -155,8 +159,8 @@ def test_the_root_yields_so_that_a_knee_stays(
     assert contact is not None
     q = kneeling.q.copy()
     q[0] += step
-    assert generator.maintain(q, contact) is None
-    moved = generator.follow(q, contact, most)
+    assert generator.body.project(q, contact) is None
+    moved = generator.body.project_with_root(q, contact, most)
     assert moved is not None
     assert 0 < np.linalg.norm(moved[:3] - q[:3]) <= most
     assert np.array_equal(moved[3:7], q[3:7])
@@ -173,8 +177,8 @@ def test_the_root_yields_no_farther_than_it_may(
     assert contact is not None
     q = kneeling.q.copy()
     q[2] += 0.06
-    assert generator.follow(q, contact, 0.03) is None
-    assert generator.follow(q, contact, 0.12) is not None
+    assert generator.body.project_with_root(q, contact, 0.03) is None
+    assert generator.body.project_with_root(q, contact, 0.12) is not None
 
 
 def test_a_knee_that_turns_its_side_to_the_ground_is_no_contact(

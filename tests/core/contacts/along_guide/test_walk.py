@@ -1,4 +1,4 @@
-"""One step of a walk: which contact is moved, and what a limb without a posture has to do."""
+"""One step of a walk: which contact is moved, and contact of a limb without a free posture."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from rbprm_core.body.state import State
 from rbprm_core.contacts.along_guide import ContactGenerator, SequenceOptions, start_state
-from rbprm_core.contacts.along_guide.walk import Obstruction, Walk
+from rbprm_core.contacts.along_guide.walk import Walk
+from rbprm_core.contacts.along_guide.walk_state import WalkState
+from rbprm_core.failures import Cause, Failure
 from rbprm_core.guide.root import GuidePath
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface
@@ -21,7 +23,7 @@ GRAVITY = np.array([0.0, 0.0, -9.81])
 LEGS = (0, 1, 2, 3)
 PAPERS = SequenceOptions(prefer_supported=False)
 PLAIN = SequenceOptions()
-STUCK = Obstruction(-1, "stuck")
+STUCK = Failure.of(Cause.ROOT_COLLISION)
 PIT = (
     [[-2, 0.25, 0], [4, 0.25, 0], [4, 2, 0], [-2, 2, 0]],  # for the left legs
     [[0.2, -2, 0], [4, -2, 0], [4, 0, 0], [0.2, 0, 0]],  # for the right ones, before x = 0.2 none
@@ -36,12 +38,17 @@ def walk(
     return Walk(generator, guide, np.random.default_rng(0), options)
 
 
-def standing(generator: ContactGenerator, limbs: tuple[int, ...] = LEGS) -> State:
+def standing(generator: ContactGenerator, limbs: tuple[int, ...] = LEGS) -> WalkState:
     return start_state(generator, GUIDE.nodes[0], limbs)
 
 
 def limbs_of(state: State) -> list[int]:
     return [contact.limb for contact in state.contacts]
+
+
+def reach(generator: ContactGenerator, limb: int) -> Failure:
+    """The failure of a step in which a limb cannot keep its contact."""
+    return Failure.of(Cause.SECOND_CONTACT_OUT_OF_REACH, generator.robot.limbs[limb].name)
 
 
 def without_posture(
@@ -51,9 +58,9 @@ def without_posture(
     rest, barred = generator.rest, set(limbs)
 
     def barred_rest(
-        q: Array, limb: int, rng: np.random.Generator, without: Iterable[int] = ()
+        q: Array, limb: int, rng: np.random.Generator, ignored: Iterable[int] = ()
     ) -> Array | None:
-        return None if limb in barred else rest(q, limb, rng, without)
+        return None if limb in barred else rest(q, limb, rng, ignored)
 
     monkeypatch.setattr(generator, "rest", barred_rest)
 
@@ -73,9 +80,9 @@ def pit(hyq_data: RobotData) -> ContactGenerator:
 @pytest.mark.parametrize("blamed", LEGS)
 def test_the_blamed_limb_is_moved_first(flat: ContactGenerator, blamed: int) -> None:
     state = standing(flat)
-    found = walk(flat, PAPERS).reposition(state, 0.0, set(), Obstruction(blamed, "reach"))
+    found = walk(flat, PAPERS).reposition(state, 0.0, set(), reach(flat, blamed))
     assert found is not None
-    assert limbs_of(found)[-1] == blamed  # who is moved is the youngest
+    assert limbs_of(found)[-1] == blamed  # the moved contact is the newest
     assert limbs_of(found)[:-1] == [limb for limb in limbs_of(state) if limb != blamed]
     old, new = state.contact_of(blamed), found.contact_of(blamed)
     assert old is not None
@@ -85,7 +92,7 @@ def test_the_blamed_limb_is_moved_first(flat: ContactGenerator, blamed: int) -> 
     assert found.robustness >= 5.0
 
 
-def test_where_nobody_is_to_blame_the_oldest_is_moved(flat: ContactGenerator) -> None:
+def test_where_no_limb_is_at_fault_the_oldest_contact_is_moved(flat: ContactGenerator) -> None:
     state = standing(flat)
     stepping = walk(flat, PAPERS)
     moved: list[int] = []
@@ -107,7 +114,7 @@ def test_only_what_bears_nothing_is_moved_unless_the_walk_is_stuck(
     idle = {
         contact.limb
         for contact in state.contacts
-        if flat.robustness(state.q, [c for c in state.contacts if c is not contact]) >= 0
+        if flat.body.robustness(state.q, [c for c in state.contacts if c is not contact]) >= 0
     }
     assert 0 < len(idle) < 4
     found = stepping.reposition(state, 0.0, set(), None)
@@ -123,7 +130,7 @@ def test_only_what_bears_nothing_is_moved_unless_the_walk_is_stuck(
 
 def test_a_free_limb_is_put_down_before_another_is_moved(flat: ContactGenerator) -> None:
     state = standing(flat, (0, 1, 2))
-    found = walk(flat).reposition(state, 0.0, set(), Obstruction(1, "reach"))
+    found = walk(flat).reposition(state, 0.0, set(), reach(flat, 1))
     assert found is not None
     assert limbs_of(found) == [*limbs_of(state), 3]
     assert found.free == ()
@@ -135,13 +142,13 @@ def test_a_contact_made_at_rest(flat: ContactGenerator, pit: ContactGenerator) -
     assert made is not None
     assert limbs_of(made) == [0, 1, 2, 3]
     assert made.free == ()
-    assert made.robustness == pytest.approx(flat.robustness(made.q, made.contacts))
+    assert made.robustness == pytest.approx(flat.body.robustness(made.q, made.contacts))
     assert walk(pit).make(standing(pit, (0, 1, 2)), 0.0, 3) is None
 
 
 def test_a_limb_that_rests_need_not_make_contact(pit: ContactGenerator) -> None:
     found = walk(pit).advance(standing(pit, (0, 1, 2)), 0.02)
-    assert isinstance(found, State)
+    assert isinstance(found, WalkState)
     assert (limbs_of(found), found.free) == ([0, 1, 2], (3,))
 
 
@@ -151,7 +158,7 @@ def test_a_limb_without_a_posture_has_to_make_contact(
     state = standing(flat, (0, 1, 2))
     without_posture(flat, [3], monkeypatch)
     found = walk(flat).advance(state, 0.02)
-    assert isinstance(found, State)
+    assert isinstance(found, WalkState)
     assert limbs_of(found) == [0, 1, 2, 3]
 
 
@@ -161,9 +168,7 @@ def test_a_limb_with_neither_posture_nor_contact_is_in_the_way(
     state = standing(pit, (0, 1, 2))
     without_posture(pit, [3], monkeypatch)
     found = walk(pit).advance(state, 0.02)
-    assert isinstance(found, Obstruction)
-    assert found.limb == 3
-    assert found.reason == "finds no contact (no candidate near a surface)"
+    assert found == Failure.of(Cause.NO_CANDIDATE, pit.robot.limbs[3].name)
 
 
 def test_one_limb_at_most_is_without_a_posture(
@@ -173,7 +178,7 @@ def test_one_limb_at_most_is_without_a_posture(
     assert state.free == (2, 3)
     without_posture(pit, [2, 3], monkeypatch)
     found = walk(pit).advance(state, 0.02)
-    assert found == Obstruction(3, "finds no posture free of collision")
+    assert found == Failure.of(Cause.NO_FREE_POSTURE, pit.robot.limbs[3].name)
 
 
 def test_the_limb_that_broke_is_the_one_that_makes_contact(
@@ -186,7 +191,7 @@ def test_the_limb_that_broke_is_the_one_that_makes_contact(
     seen = 0
     for mark in np.arange(0.02, 0.8, 0.02):
         found = walk(flat, PAPERS, aside).advance(state, float(mark))
-        if isinstance(found, Obstruction):
+        if isinstance(found, Failure):
             continue
         kept = [limb for limb in (0, 1, 2) if found.contact_of(limb) is state.contact_of(limb)]
         made = [limb for limb in limbs_of(found) if limb not in kept]
@@ -198,8 +203,9 @@ def test_the_limb_that_broke_is_the_one_that_makes_contact(
             assert made in ([], [broken])
             assert found.free[0] == 3
     walked = walk(flat).advance(state, 1.5)
-    assert isinstance(walked, Obstruction)
-    assert walked.reason == "a second contact leaves its limb's reach"
+    assert isinstance(walked, Failure)
+    assert walked.cause == Cause.SECOND_CONTACT_OUT_OF_REACH
+    assert walked.limb in [flat.robot.limbs[k].name for k in (0, 1, 2)]
     assert seen > 0
 
 
@@ -209,22 +215,24 @@ def test_a_root_in_an_obstacle_is_an_obstruction(
     wall = make_box("wall", np.array([1.2, -3, 0.2]), np.array([1.4, 3, 2.0]))
     generator = ContactGenerator(hyq_data, flat_scene.edited(changed=wall), GRAVITY, 5.0)
     found = walk(generator).advance(standing(generator), 1.0)
-    assert found == Obstruction(-1, "the root part collides with the environment")
+    assert found == Failure.of(Cause.ROOT_COLLISION)
 
 
-def test_a_state_under_the_threshold_is_taken_down_to_the_floor_only(
+def test_a_state_under_the_threshold_is_taken_down_to_the_fallback_only(
     hyq_data: RobotData, flat_scene: Scene
 ) -> None:
     able = ContactGenerator(hyq_data, flat_scene, GRAVITY, 5.0)
     state = standing(able)
     strict = ContactGenerator(hyq_data, flat_scene, GRAVITY, 1e4)
     refused = walk(strict).advance(state, 0.02)
-    assert isinstance(refused, Obstruction)
-    assert "under 10000 N" in refused.reason
-    taken = walk(strict).advance(state, 0.02, floor=0.0)
-    assert isinstance(taken, State)
+    assert isinstance(refused, Failure)
+    assert refused.cause == Cause.LOW_ROBUSTNESS
+    assert refused.figure("threshold") == 1e4
+    assert refused.figure("robustness") < 1e4
+    taken = walk(strict).advance(state, 0.02, fallback=0.0)
+    assert isinstance(taken, WalkState)
     assert 0 <= taken.robustness < 1e4
-    assert isinstance(walk(strict).advance(state, 0.02, floor=9e3), Obstruction)
+    assert isinstance(walk(strict).advance(state, 0.02, fallback=9e3), Failure)
 
 
 def test_what_is_supported(flat: ContactGenerator) -> None:
@@ -234,7 +242,7 @@ def test_what_is_supported(flat: ContactGenerator) -> None:
     for contact in state.contacts:
         others = [c for c in state.contacts if c is not contact]
         lifted = flat.state(state.q, others, [contact.limb], 0.0)
-        bears = flat.robustness(state.q, others) >= 0
+        bears = flat.body.robustness(state.q, others) >= 0
         assert stepping.supported(state, lifted) == bears
         assert stepping.supported(lifted, state) == bears
         assert walk(flat, PAPERS).supported(state, lifted)

@@ -53,8 +53,8 @@ def test_a_state_without_weight_is_in_force_closure(allegro_data: RobotData, pen
     assert len(points) == 3
     assert state.robustness == pytest.approx(grip_robustness(points, rays, 10.0))
     assert state.robustness > 0
-    assert not generator.robustness(state.q, state.contacts[:2]) > 0
-    assert generator.robustness(state.q, []) == -np.inf
+    assert not generator.body.robustness(state.q, state.contacts[:2]) > 0
+    assert generator.body.robustness(state.q, []) == -np.inf
 
 
 def test_a_threshold_without_weight_is_held(allegro_data: RobotData, pen: Scenario) -> None:

@@ -13,10 +13,11 @@ from rbprm_core.check import check_plan
 from rbprm_core.errors import NoGuideFound
 from rbprm_core.guide.root import GuideOptions, RoadmapStore, RootBounds, RrtOptions
 from rbprm_core.guide.root.planners import PLANNERS
+from rbprm_core.outcome import Outcome
 from rbprm_core.placement import Placement
 from rbprm_core.plan_conversion.states_to_plan import contact_plan
 from rbprm_core.plan_record import EnvironmentEntry, SurfaceEntry
-from rbprm_core.planner import Outcome, plan
+from rbprm_core.planner import plan
 from rbprm_core.request import PlannerOptions, PlanRequest
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface

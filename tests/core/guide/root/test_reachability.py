@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from rbprm_core.arrays import Array
+from rbprm_core.failures import Cause, Failure
 from rbprm_core.guide.root import Reachability
 from rbprm_core.guide.root_space import RootSegment
 from rbprm_core.robot.data import RobotData
@@ -39,7 +40,7 @@ def condition(hyq_data: RobotData, flat_scene: Scene) -> Reachability:
 
 def test_a_robot_that_stands_is_reachable(condition: Reachability) -> None:
     assert condition.holds(at(0, 0, 0.6))
-    assert condition.failure(at(0, 0, 0.6)) == ("", "")
+    assert condition.failure(at(0, 0, 0.6)) is None
 
 
 @settings(max_examples=50)
@@ -49,9 +50,11 @@ def test_far_from_the_ground_it_fails(
 ) -> None:
     root = at(x, 0, height, yaw)
     assert not condition.holds(root)
-    limb, reason = condition.failure(root)
-    assert limb in LEGS
-    assert "no support surface in the workspace" in reason
+    failure = condition.failure(root)
+    assert failure is not None
+    assert failure.cause == Cause.NO_SURFACE_IN_WORKSPACE
+    assert failure.limb in LEGS
+    assert failure.kinds == ("support",)
 
 
 @settings(max_examples=50)
@@ -61,9 +64,11 @@ def test_a_trunk_in_the_ground_fails(
 ) -> None:
     root = at(x, 0, height, yaw)
     assert not condition.holds(root)
-    limb, reason = condition.failure(root)
-    assert limb == ""
-    assert "trunk" in reason
+    failure = condition.failure(root)
+    assert failure is not None
+    assert failure.limb == ""
+    assert failure.cause in (Cause.TRUNK_IN_OBSTACLE, Cause.TRUNK_COLLISION)
+    assert condition.trunk_failure(root) == failure
 
 
 @settings(max_examples=200)
@@ -83,7 +88,7 @@ def test_on_a_plane_it_agrees_with_the_corners(
     if margin > 1e-3:
         wanted = trunk[:, 2].min() > 0 and all(z.min() < 0 < z.max() for z in lowest)
         assert condition.holds(root) == wanted
-        assert (condition.failure(root) == ("", "")) == wanted
+        assert (condition.failure(root) is None) == wanted
 
 
 def test_each_required_limb_needs_a_surface_of_its_own(hyq_data: RobotData) -> None:
@@ -94,23 +99,23 @@ def test_each_required_limb_needs_a_surface_of_its_own(hyq_data: RobotData) -> N
     over = at(0.5, 0, 0.6)
     everywhere = Reachability(hyq_data, behind, LEGS)
     assert not everywhere.holds(over)
-    assert everywhere.failure(over)[0] in ("lf_leg", "rf_leg")
+    failure = everywhere.failure(over)
+    assert failure is not None
+    assert failure.limb in ("lf_leg", "rf_leg")
 
 
 def test_a_surface_of_another_kind_does_not_count(hyq_data: RobotData) -> None:
     ceiling = make_surface("c", [[-5, -5, 0], [-5, 5, 0], [5, 5, 0], [5, -5, 0]], 0.5)
     condition = Reachability(hyq_data, Scene([ceiling]), LEGS)
     assert not condition.holds(at(0, 0, 0.6))
-    limb, reason = condition.failure(at(0, 0, 0.6))
-    assert limb == "lf_leg"
-    assert "no support surface for limb" in reason
+    failure = condition.failure(at(0, 0, 0.6))
+    assert failure == Failure.of(Cause.NO_SURFACE_OF_KIND, "lf_leg", kinds=("support",))
 
 
 def test_inside_an_obstacle(hyq_data: RobotData, make_box: Box) -> None:
     block = make_box("b", np.array([-3, -3, 0.0]), np.array([3, 3, 3.0]))
     condition = Reachability(hyq_data, Scene(block), LEGS)
-    limb, reason = condition.failure(at(0, 0, 1.5))
-    assert (limb, reason) == ("", "the trunk is inside an obstacle")
+    assert condition.failure(at(0, 0, 1.5)) == Failure.of(Cause.TRUNK_IN_OBSTACLE)
     assert not condition.holds(at(0, 0, 1.5))
 
 

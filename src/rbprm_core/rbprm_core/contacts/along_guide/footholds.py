@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 import shapely
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array, BoolArray, IntArray
 from rbprm_core.body.contact import Contact
 from rbprm_core.contacts.along_guide.balance import Balance
 from rbprm_core.contacts.along_guide.look_ahead import LookAhead
@@ -19,33 +19,32 @@ from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface
 from rbprm_core.statics import cone_generators
 
-Array = NDArray[np.float64]
-
 DOWN = np.array([0.0, 0.0, -1.0])
 
-LOOKED_AT = 64
-"""Candidates looked at first: about three of four are too near to a better one."""
+FIRST_BATCH = 64
+"""Candidates of the first batch; about three of four are too near to a better one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Footholds:
-    """h places for one limb, in its base frame.
+    """h candidate contacts of one limb, in the frame of its base joint.
 
     Attributes:
-        samples: (h,) indices of the samples that are near. pieces: (h,) of the surfaces' pieces.
-        targets: (h, 3) where the contact frame's origin has to be, metres.
-        normals: (h, 3) of the surfaces.
-        rotations: (h, 3, 3) of the contact frame there: the sample's, in the end turned by the
-            least angle onto the surface.
+        samples: (h,) indices of the limb samples that they come from.
+        pieces: (h,) indices of the convex pieces of the surfaces that they lie on.
+        targets: (h, 3) origin of the contact frame, metres.
+        normals: (h, 3) outward unit normals of the surfaces.
+        rotations: (h, 3, 3) contact frames: that of the sample, and for a patch finally rotated by
+            the smallest angle onto the surface.
     """
 
-    samples: NDArray[np.int_]
-    pieces: NDArray[np.int_]
+    samples: IntArray
+    pieces: IntArray
     targets: Array
     normals: Array
     rotations: Array
 
-    def __getitem__(self, index: NDArray[np.int_] | NDArray[np.bool_]) -> Footholds:
+    def __getitem__(self, index: IntArray | BoolArray) -> Footholds:
         # Rows by `take`: an index in brackets takes four times as long.
         rows = np.flatnonzero(index) if index.dtype == bool else index
         return Footholds(
@@ -61,12 +60,22 @@ class Footholds:
 
     @property
     def cosines(self) -> Array:
-        """(h,) of the angles between the contact frames' normals and the surfaces'."""
+        """Cosines (h,) of the angles between the z axes of the contact frames and the normals."""
         return np.asarray(np.einsum("ij,ij->i", self.rotations[:, :, 2], self.normals))
 
 
 class FootholdFinder:
-    """Finds footholds of one robot in one scene. Not thread-safe: it holds scratch data."""
+    """Finds candidate contacts of one robot in one scene, before any projection.
+
+    Tonneau et al. 2018, section 4.1. Not thread-safe: it holds scratch data.
+
+    Args:
+        data: the robot with its sample databases.
+        scene: the environment.
+        options: options of the contact generator.
+        rng: random generator for heuristics that draw; one of seed 0 where None.
+        gravity: (3,) gravity in the planning frame, m/s^2.
+    """
 
     def __init__(
         self,
@@ -93,15 +102,19 @@ class FootholdFinder:
         others: Sequence[Contact],
         balance: Balance,
     ) -> Iterator[Footholds]:
-        """Footholds within a limb's reach, best first, in batches: the first few mostly do.
+        """Footholds within a limb's reach in batches, best first; the first batch mostly suffices.
 
-        The heuristics' order, but those that leave the centre of mass outside the support area
-        come last: on rather level ground the equilibrium problem would refuse them, at the price
-        of a projection each.
+        They are in the heuristics' order, except that those that leave the centre of mass outside
+        of the support polygon come last: on nearly level ground the equilibrium test would refuse
+        them, after a projection each.
 
         Args:
-            base: placement of the limb's base. replaced: contact that all must be apart from.
-            others: the contacts that stand. balance: where the centre of mass would be.
+            limb: index of the limb.
+            base: placement of the limb's base joint in the planning frame.
+            ahead: what lies ahead on the guide.
+            replaced: contact from which all footholds must be apart, None where there is none.
+            others: contacts of the other limbs.
+            balance: centre of mass with the limb as in any of its samples.
         """
         rotation, translation = base.rotation, base.translation
         found = self._near(limb, rotation, translation)
@@ -123,19 +136,19 @@ class FootholdFinder:
         self,
         limb: int,
         found: Footholds,
-        order: NDArray[np.int_],
+        order: IntArray,
         base: pin.SE3,
         others: Sequence[Contact],
         balance: Balance,
     ) -> Iterator[Footholds]:
-        """The first footholds of an order that are apart from each other, steady ones first.
+        """The first footholds of an order that are apart from each other, balanced ones first.
 
-        As many as may be tried. Only as much of the order is looked at as is asked for, since most
-        of it is never tried.
+        The order is evaluated only as far as batches are consumed, since most of it is never
+        tried.
         """
-        most, this = self._options.candidates, self._robot.limbs[limb]
+        limit, this = self._options.candidates, self._robot.limbs[limb]
         standing = np.concatenate([np.zeros((0, 3)), *(c.points for c in others)])
-        count, given = LOOKED_AT, 0
+        count, yielded = FIRST_BATCH, 0
         while True:
             first = found[order[:count]]
             if this.planar:
@@ -146,23 +159,25 @@ class FootholdFinder:
             turned = np.swapaxes(base.rotation @ first.rotations, 1, 2)
             points = centers[:, None] + this.corners @ turned
             com = balance.com(first.samples)
-            steady = _over_support(*(part @ self._level for part in (points, standing, com)))
-            chosen = np.flatnonzero(steady)[:most]
+            balanced = _over_support(*(part @ self._level for part in (points, standing, com)))
+            chosen = np.flatnonzero(balanced)[:limit]
             if count >= len(order):
-                chosen = np.concatenate([chosen, np.flatnonzero(~steady)])[:most]
-            # What is first in its place stays so: a longer look repeats what was given before.
-            if len(chosen) > given:
-                yield first[chosen[given:]]
-            if len(chosen) == most or count >= len(order):
+                chosen = np.concatenate([chosen, np.flatnonzero(~balanced)])[:limit]
+            # A larger batch begins with the footholds of the smaller one.
+            if len(chosen) > yielded:
+                yield first[chosen[yielded:]]
+            if len(chosen) == limit or count >= len(order):
                 return
-            given = len(chosen)
+            yielded = len(chosen)
             count *= 4
 
     def contact(self, limb: int, piece: int, frame: pin.SE3) -> Contact | None:
-        """The contact of a limb whose contact frame (ball centre) is placed on a piece.
+        """The contact of a limb on a piece; None where a patch overhangs its surface.
 
-        Returns:
-            None where a patch does not lie on the surface as a whole.
+        Args:
+            limb: index of the limb.
+            piece: index of the piece.
+            frame: contact frame in the planning frame, its origin the centre of the ball or patch.
         """
         this, surface = self._robot.limbs[limb], self._surface(limb, piece)
         plane = surface.polygon.plane
@@ -191,13 +206,19 @@ class FootholdFinder:
         )
 
     def holds(self, limb: int, piece: int, point: Array) -> bool:
-        """True where a point (3,) of a piece's plane is on its surface, away from the boundary."""
+        """True where a point is on the surface of a piece, farther from its edge than the margin.
+
+        Args:
+            limb: index of the limb.
+            piece: index of the piece.
+            point: (3,) point of the piece's plane in the planning frame, metres.
+        """
         polygon = self._surface(limb, piece).polygon
         place = shapely.Point(polygon.plane.flatten(point[None])[0])
         return bool(polygon.shrunk(self._options.edge_margin).covers(place))
 
     def _ball_cone(self, surface: Surface) -> tuple[Array, Array]:
-        """Contact frame (3, 3) and rays (1, 4, 3) of a ball: the same all over a surface."""
+        """Contact frame (3, 3) and cone generators (1, 4, 3) of a ball anywhere on a surface."""
         if surface.id not in self._cones:
             plane = surface.polygon.plane
             upright = np.column_stack([plane.axes, plane.normal])
@@ -208,7 +229,7 @@ class FootholdFinder:
         return self._scene.surfaces[int(self._pieces[limb].surface[piece])]
 
     def _near(self, limb: int, rotation: Array, translation: Array) -> Footholds:
-        """Footholds from samples within the band of a surface and over it."""
+        """Footholds from the samples within the band of a surface and over its outline."""
         this, database, pieces = self._robot.limbs[limb], self._databases[limb], self._pieces[limb]
         low, high = database.box(rotation, translation)
         slack = self._options.band + this.radius
@@ -218,8 +239,8 @@ class FootholdFinder:
         offsets = pieces.offsets[chosen] - pieces.normals[chosen] @ translation + this.radius
         edge_normals = pieces.edge_normals[chosen] @ rotation
         half = 0.0 if this.half_size is None else float(this.half_size.min())
-        least = self._options.edge_margin + half
-        margin = np.where(pieces.outer[chosen], least, 0.0)
+        min_margin = self._options.edge_margin + half
+        margin = np.where(pieces.outer[chosen], min_margin, 0.0)
         edge_offsets = pieces.edge_offsets[chosen] + margin
         edge_offsets = edge_offsets - pieces.edge_normals[chosen] @ translation
         samples, near = database.near(
@@ -236,9 +257,10 @@ class FootholdFinder:
         )
 
     def _turned_onto(self, limb: int, found: Footholds, base: pin.SE3) -> Footholds:
-        """Footholds of a patch turned onto their surfaces, where the whole patch lies on them.
+        r"""Footholds of a patch rotated onto their surfaces, where the whole patch lies on them.
 
-        Along the normal e of an edge the patch reaches |e . t1| hx + |e . t2| hy from its middle.
+        Along the normal e of an edge the patch extends
+        $|e \cdot t_1| h_x + |e \cdot t_2| h_y$ from its middle.
         """
         turned = _turned(found.rotations, found.normals, found.cosines)
         found = replace(found, rotations=turned)
@@ -260,7 +282,7 @@ class FootholdFinder:
         translation: Array,
         ahead: LookAhead,
     ) -> Candidates:
-        """What the heuristics look at."""
+        """The footholds as input of the heuristics."""
         database, this = self._databases[limb], self._robot.limbs[limb]
         return Candidates(
             joints=database.joints.take(found.samples, axis=0),
@@ -281,7 +303,7 @@ class FootholdFinder:
         )
 
     def _nominal(self, limb: int, ahead: LookAhead) -> Array:
-        """Contact centre (3,) in the reference posture, the root in the middle of the way ahead."""
+        """Contact centre (3,) in the reference posture at the middle of the guide ahead, metres."""
         q = self._robot.reference.copy()
         q[self._robot.root_index] = ahead.middle
         pin.framesForwardKinematics(self._robot.model, self._data, q)
@@ -289,7 +311,7 @@ class FootholdFinder:
         return np.asarray(self._data.oMf[this.frame].act(this.contact.translation))
 
     def _persistence(self, limb: int, centers: Array, roots: Array) -> Array:
-        """Share (h,) of the roots ahead at which centres (h, 3) stay in the limb's workspace."""
+        """Share (h,) of the roots ahead at which contact centres (h, 3) stay in the workspace."""
         kept = np.zeros(len(centers))
         inside = np.ones(len(centers), dtype=bool)
         faces = self._faces[limb]
@@ -305,20 +327,23 @@ class FootholdFinder:
 
 
 def _level_axes(gravity: Array) -> Array:
-    """Unit columns (3, 2) across gravity (3,); (3, 0) without gravity, where nothing is over."""
+    """Unit columns (3, 2) perpendicular to gravity (3,); (3, 0) without gravity."""
     size = float(np.linalg.norm(gravity))
     if size == 0.0:
         return np.zeros((3, 0))
     return np.asarray(np.linalg.svd(gravity[None] / size)[2][1:].T)
 
 
-def _over_support(points: Array, standing: Array, com: Array) -> NDArray[np.bool_]:
-    """(h,) True where a centre of mass (h, 2) is over its points (h, k, 2) and others (s, 2).
+def _over_support(points: Array, standing: Array, com: Array) -> BoolArray:
+    """True (h,) where a centre of mass lies in the support polygon; everywhere without gravity.
 
-    Everything in level coordinates, of which there are none without gravity.
+    Seen from a point inside a convex hull, corners lie in every half plane: no gap between the
+    directions to them reaches half a turn.
 
-    Seen from a point inside a hull, corners lie in every half plane: no gap between directions to
-    them reaches half a turn.
+    Args:
+        points: (h, k, 2) points of the new contact in level coordinates, metres.
+        standing: (s, 2) points of the other contacts, metres.
+        com: (h, 2) centres of mass, metres.
     """
     fixed = np.broadcast_to(standing, (len(points), *standing.shape))
     if com.size == 0:
@@ -330,7 +355,7 @@ def _over_support(points: Array, standing: Array, com: Array) -> NDArray[np.bool
 
 
 def _turned(rotations: Array, normals: Array, cosine: Array) -> Array:
-    """Rotations (h, 3, 3) turned by the least angle so that their z axes are the normals (h, 3)."""
+    """Rotations (h, 3, 3) turned by the smallest angle so that their z axes are the normals."""
     cross = np.cross(rotations[:, :, 2], normals)
     skew = np.zeros((len(cross), 3, 3))
     skew[:, 0, 1], skew[:, 0, 2], skew[:, 1, 2] = -cross[:, 2], cross[:, 1], -cross[:, 0]
@@ -338,7 +363,7 @@ def _turned(rotations: Array, normals: Array, cosine: Array) -> Array:
     return np.asarray((np.eye(3) + skew + skew @ skew / (1 + cosine)[:, None, None]) @ rotations)
 
 
-def _first_of_each(cells: Array, pieces: NDArray[np.int_]) -> NDArray[np.int_]:
+def _first_of_each(cells: Array, pieces: IntArray) -> IntArray:
     """Indices of the first foothold in each cell (h, 3) of each piece (h,), in order."""
     x, y, z = (cells - cells.min(axis=0, initial=0.0)).astype(np.int64).T
     keys = ((x * (y.max(initial=0) + 1) + y) * (z.max(initial=0) + 1) + z) * (

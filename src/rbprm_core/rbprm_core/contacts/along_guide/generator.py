@@ -1,46 +1,74 @@
-"""The contact generator (section 4.1) and the whole-body tests that its candidates must pass."""
+"""The contact generator: contacts of one limb that leave the whole robot in a valid state."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
-from rbprm_core.body.collision import CollisionModel
+from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
-from rbprm_core.body.stability import Stability
-from rbprm_core.body.state import State
+from rbprm_core.body.whole_body import WholeBody
 from rbprm_core.budget import Budget
 from rbprm_core.contacts.along_guide.balance import Balance
 from rbprm_core.contacts.along_guide.footholds import FootholdFinder, Footholds
 from rbprm_core.contacts.along_guide.look_ahead import LookAhead
 from rbprm_core.contacts.along_guide.options import GeneratorOptions
+from rbprm_core.contacts.along_guide.walk_state import WalkState
 from rbprm_core.contacts.heuristics import check_names
-from rbprm_core.counters import Counters
+from rbprm_core.counters import CONTACTS_FOUND, no_contact
+from rbprm_core.failures import Cause
 from rbprm_core.robot.data import RobotData
-from rbprm_core.robot.projection import project, project_with_base, touch
+from rbprm_core.robot.projection import project, touch
 from rbprm_core.scene import Scene
 from rbprm_core.statics import GRIP_FORCE
 
-Array = NDArray[np.float64]
+COM_MARGIN = 0.004
+"""Margin on b0, as a share of the weight, for the error of the predicted centre of mass.
 
-DOUBT = 0.004
-"""Of the weight: b0 that may be gained between the expected centre of mass and the true one, which
-are a centimetre or two apart."""
-TIED = 1e-6  # cubic metres; a manipulability (equation 17) that is told from rounding
+The prediction is a centimetre or two from the true centre of mass.
+"""
+RESTS = 30  # random postures tried for a limb without contact
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A limb placed on a surface.
+
+    Attributes:
+        q: (nq,) configuration of the robot.
+        contact: the new contact.
+        robustness: b0 with the new contact, newtons.
+    """
+
+    q: Array
+    contact: Contact
+    robustness: float
 
 
 class ContactGenerator:
-    """Makes contacts for one robot in one scene. Not thread-safe: it holds scratch data.
+    """Makes contacts for one robot in one scene (Tonneau et al. 2018, section 4.1).
+
+    Not thread-safe: it holds scratch data.
 
     Args:
-        gravity: (3,) m/s^2. threshold: least b0 of a state, newtons; without weight every state is
+        data: the robot with its precomputed data.
+        scene: the environment.
+        gravity: (3,) gravity in the planning frame, m/s^2.
+        threshold: b0 that the request asks of every state, newtons; without weight every state is
             in force closure too.
-        rng: for heuristics that draw; one of seed 0 where None.
-        grip_force: sum of the contact forces that b0 without weight is measured by, newtons.
-        budget: polled at every candidate, for one contact may take seconds; None for no limit.
+        options: options of the generator.
+        rng: random generator for heuristics that draw; one of seed 0 where None.
+        grip_force: sum of the contact forces by which b0 without weight is measured, newtons.
+        budget: polled at every candidate, since one contact may take seconds; None for no limit.
+
+    Attributes:
+        robot: the robot.
+        body: whole-body queries of the robot in the scene.
+        options: options of the generator.
+        counters: counts and seconds of the operations.
     """
 
     def __init__(
@@ -55,29 +83,29 @@ class ContactGenerator:
         budget: Budget | None = None,
     ) -> None:
         self._budget = Budget() if budget is None else budget
-        self.robot = data.robot
-        self.scene = scene
-        self._stability = Stability(data.robot.mass, gravity, grip_force, threshold)
-        self.threshold = self._stability.threshold
-        self._doubt = DOUBT * data.robot.mass * float(np.linalg.norm(gravity))
-        self.options = options
-        self.counters = Counters()
-        self.collision = CollisionModel(data, scene, self._budget)
-        self._data = self.robot.model.createData()
+        self.robot, self.options = data.robot, options
+        self.body = WholeBody(data, scene, gravity, threshold, grip_force, self._budget)
+        self.counters = self.body.counters
+        self._com_margin = COM_MARGIN * data.robot.mass * float(np.linalg.norm(gravity))
         self._databases = data.databases
-        self._tied = [float(own.manipulability.max()) < TIED for own in data.databases]
         self._footholds = FootholdFinder(data, scene, options, rng, gravity)
         for limb in self.robot.limbs:
             check_names(limb.heuristics, f"limbs.{limb.name}.heuristics")
 
     @property
-    def floor(self) -> float:
-        """Least b0 that is taken as a last resort: the threshold, unless asked for less."""
-        return (
-            min(self.threshold, self._stability.least)
-            if self.options.accept_below_threshold
-            else self.threshold
-        )
+    def min_robustness(self) -> float:
+        """b0 that every state must reach, newtons."""
+        return self.body.min_robustness
+
+    @property
+    def fallback_robustness(self) -> float:
+        """b0 that is accepted as a last resort, newtons.
+
+        `min_robustness`, or less with the option `accept_below_threshold`.
+        """
+        if self.options.accept_below_threshold:
+            return min(self.min_robustness, self.body.stability.min_equilibrium)
+        return self.min_robustness
 
     def generate(
         self,
@@ -87,144 +115,100 @@ class ContactGenerator:
         ahead: LookAhead,
         *,
         replaced: Contact | None = None,
-        threshold: float | None = None,
-        floor: float | None = None,
-    ) -> tuple[Array, Contact, float] | str:
-        """The best contact of a limb that leaves the whole body free and in equilibrium.
+        min_robustness: float | None = None,
+        fallback: float | None = None,
+    ) -> Placed | Cause:
+        """The best contact of a limb with the robot free of collision and in equilibrium.
 
         Args:
-            q: (nq,) configuration of the rest. others: the contacts that stand.
-            replaced: contact that the new one must differ from.
-            threshold: least b0 instead of the request's; minus infinity accepts any.
-            floor: where no candidate reaches the threshold, take the most robust one whose b0
-                reaches at least this.
+            q: (nq,) configuration of the rest of the robot.
+            limb: index of the limb.
+            others: contacts of the other limbs.
+            ahead: what lies ahead on the guide, for the heuristics.
+            replaced: contact from which the new one must differ.
+            min_robustness: b0 to reach, newtons, instead of the request's; minus infinity accepts
+                any.
+            fallback: where no candidate reaches `min_robustness`, the one with the largest b0 is
+                taken if it reaches this, newtons; None to take none.
 
         Returns:
-            Configuration (nq,), contact and b0, or the reason why there is none: "no candidate
-            near a surface", "kinematics" or "equilibrium".
+            The limb placed on a surface, or why it finds none: one of
+            `rbprm_core.failures.CONTACT_CAUSES`.
         """
-        least = self.threshold if threshold is None else threshold
-        reason = "no candidate near a surface"
-        unsteady: list[tuple[Array, Contact, float]] = []
+        minimum = self.min_robustness if min_robustness is None else min_robustness
+        cause = Cause.NO_CANDIDATE
+        weak: list[Placed] = []
 
         def hopeless(contact: Contact, com: Array) -> bool:
             # Until one candidate has failed, this costs more than it saves.
-            if not unsteady or floor is not None:
+            if not weak or fallback is not None:
                 return False
-            return self._b0([*others, contact], com) < least - self._doubt
+            return self.body.b0([*others, contact], com) < minimum - self._com_margin
 
         for trial, contact in self._placed(q, limb, others, ahead, replaced, hopeless):
-            reason = "kinematics"
-            value = self.robustness(trial, [*others, contact])
-            if value < least:
-                unsteady.append((trial, contact, value))
-            elif self._clear(trial, contact):
-                self.counters.counts["contacts"] += 1
-                return trial, contact, value
-        unsteady.sort(key=lambda found: -found[2])
-        best = next((found for found in unsteady if self._clear(found[0], found[1])), None)
+            cause = Cause.NO_KINEMATIC_SOLUTION
+            value = self.body.robustness(trial, [*others, contact])
+            if value < minimum:
+                weak.append(Placed(trial, contact, value))
+            elif self._is_free(trial, contact):
+                self.counters.counts[CONTACTS_FOUND] += 1
+                return Placed(trial, contact, value)
+        weak.sort(key=lambda found: -found.robustness)
+        best = next((found for found in weak if self._is_free(found.q, found.contact)), None)
         if best is not None:
-            if floor is not None and best[2] >= floor:
-                self.counters.counts["contacts"] += 1
+            if fallback is not None and best.robustness >= fallback:
+                self.counters.counts[CONTACTS_FOUND] += 1
                 return best
-            reason = "equilibrium"
-        self.counters.counts[f"no contact: {reason}"] += 1
-        return reason
-
-    def maintain(self, q: Array, contact: Contact) -> Array | None:
-        """q with the contact's limb projected back onto it (4.2.1); None where it cannot be."""
-        limb = self.robot.limbs[contact.limb]
-        self._forward(q)
-        base = self._data.oMi[limb.base]
-        target = base.actInv(contact.position + limb.radius * contact.normal)
-        rotation = base.rotation.T @ contact.rotation if limb.planar else None
-        with self.counters.timed("projection"):
-            joints = project(limb, q[limb.q_index], target, rotation)
-        if joints is None or not limb.faces(joints, base.rotation.T @ contact.normal):
-            return None
-        moved = q.copy()
-        moved[limb.q_index] = joints
-        return moved
-
-    def follow(self, q: Array, contact: Contact, most: float) -> Array | None:
-        """q with the root shifted so that a limb keeps its contact; None where it cannot be.
-
-        Args:
-            most: largest shift of the root, metres.
-        """
-        limb = self.robot.limbs[contact.limb]
-        self._forward(q)
-        base = self._data.oMi[limb.base]
-        target = base.actInv(contact.position + limb.radius * contact.normal)
-        rotation = base.rotation.T @ contact.rotation if limb.planar else None
-        with self.counters.timed("projection"):
-            found = project_with_base(limb, q[limb.q_index], target, rotation, most)
-        if found is None or not limb.faces(found[0], base.rotation.T @ contact.normal):
-            return None
-        moved = q.copy()
-        moved[limb.q_index] = found[0]
-        moved[:3] += base.rotation @ found[1]
-        return moved
-
-    def tied(self, limb: int) -> bool:
-        """True where a limb's joints move its contact on a surface only, as a knee's on a sphere.
-
-        The root then cannot move freely while the contact is kept.
-        """
-        return self._tied[limb]
+            cause = Cause.NO_EQUILIBRIUM
+        self.counters.counts[no_contact(cause)] += 1
+        return cause
 
     def rest(
-        self, q: Array, limb: int, rng: np.random.Generator, without: Iterable[int] = ()
+        self, q: Array, limb: int, rng: np.random.Generator, ignored: Iterable[int] = ()
     ) -> Array | None:
-        """q with a limb that touches nothing: as it is, at reference, or at a random sample.
+        """The configuration (nq,) with a limb that touches nothing, None where none is found.
+
+        The limb's posture is the present one, the reference posture, or a random sample.
 
         Args:
-            without: limbs that are not in its way.
+            q: (nq,) configuration.
+            limb: index of the limb.
+            rng: random generator.
+            ignored: indices of limbs that are not tested against.
         """
         index = self.robot.limbs[limb].q_index
         database = self._databases[limb]
-        draws = rng.integers(len(database.joints), size=30)
+        draws = rng.integers(len(database.joints), size=RESTS)
         for joints in (q[index], self.robot.reference[index], *database.joints[draws]):
             trial = q.copy()
             trial[index] = joints
             self._budget.poll()
-            with self.counters.timed("collision"):
-                free = self.collision.limb_free(trial, limb, None, without)
-            if free:
+            if self.body.limb_is_free(trial, limb, None, ignored):
                 return trial
         return None
 
-    def com(self, q: Array) -> Array:
-        """Centre of mass (3,), metres."""
-        return np.asarray(pin.centerOfMass(self.robot.model, self._data, q, False)).copy()
-
-    def robustness(self, q: Array, contacts: Sequence[Contact]) -> float:
-        """b0 of a configuration on some contacts, newtons; without weight, that of the grip."""
-        return self._b0(contacts, self.com(q))
-
     def state(
-        self, q: Array, contacts: Sequence[Contact], free: Sequence[int], value: float
-    ) -> State:
-        """The state of a configuration whose robustness is known."""
-        return State(q, tuple(contacts), tuple(free), self.com(q), value)
+        self, q: Array, contacts: Sequence[Contact], free: Sequence[int], robustness: float
+    ) -> WalkState:
+        """The state of a configuration whose robustness is known.
 
-    def _b0(self, contacts: Sequence[Contact], com: Array) -> float:
-        with self.counters.timed("statics"):
-            return self._stability.b0(contacts, com)
+        Args:
+            q: (nq,) configuration.
+            contacts: contacts, oldest first.
+            free: indices of the limbs without contact, free for the longest time first.
+            robustness: raw b0, newtons.
+        """
+        return WalkState(q, tuple(contacts), self.body.com(q), robustness, tuple(free))
 
     def _balance(self, q: Array, limb: int, base: pin.SE3) -> Balance:
-        """Where the centre of mass would be with a limb as in any of its samples."""
+        """The centre of mass with a limb as in any of its samples."""
         this = self.robot.limbs[limb]
         share = this.kinematics.mass / self.robot.mass
         now = base.act(this.kinematics.com(q[this.q_index]))
-        return Balance(self.com(q) - share * now, share, base, self._databases[limb].coms)
+        return Balance(self.body.com(q) - share * now, share, base, self._databases[limb].coms)
 
-    def _clear(self, q: Array, contact: Contact) -> bool:
-        with self.counters.timed("collision"):
-            return self.collision.limb_free(q, contact.limb, contact.normal)
-
-    def _forward(self, q: Array) -> None:
-        pin.forwardKinematics(self.robot.model, self._data, q)
+    def _is_free(self, q: Array, contact: Contact) -> bool:
+        return self.body.limb_is_free(q, contact.limb, contact.normal)
 
     def _placed(
         self,
@@ -238,12 +222,10 @@ class ContactGenerator:
         """Configurations with the limb on a surface, in the heuristics' order.
 
         Args:
-            hopeless: of a contact and the centre of mass (3,) to be expected with it; True saves
-                its projection.
+            hopeless: called with a contact and the predicted centre of mass (3,); True saves the
+                projection of the candidate.
         """
-        this, database = self.robot.limbs[limb], self._databases[limb]
-        self._forward(q)
-        base = self._data.oMi[this.base].copy()
+        base = self.body.base(q, limb).copy()
         balance = self._balance(q, limb, base)
         batches = self._footholds.find(limb, base, ahead, replaced, others, balance)
         while True:
@@ -255,7 +237,7 @@ class ContactGenerator:
             coms = balance.com(found.samples)
             for i in range(len(found)):
                 self._budget.poll()
-                if self.tied(limb):
+                if self.body.moves_on_surface_only(limb):
                     placed = self._touching(q, limb, base, found, i)
                     if placed is not None and self._is_moved(placed[1], replaced):
                         yield placed
@@ -264,21 +246,29 @@ class ContactGenerator:
                 contact = self._footholds.contact(limb, found.pieces[i], base * frame)
                 if contact is None or hopeless(contact, coms[i]):
                     continue
-                with self.counters.timed("projection"):
-                    start = database.joints[found.samples[i]]
-                    turn = frame.rotation if this.planar else None
-                    joints = project(this, start, frame.translation, turn)
-                if joints is not None and this.faces(joints, found.normals[i]):
-                    trial = q.copy()
-                    trial[this.q_index] = joints
+                trial = self._projected(q, limb, found, i)
+                if trial is not None:
                     yield trial, contact
+
+    def _projected(self, q: Array, limb: int, found: Footholds, i: int) -> Array | None:
+        """The configuration with the limb's contact frame at a foothold, None out of reach."""
+        this = self.robot.limbs[limb]
+        with self.counters.timed("projection"):
+            start = self._databases[limb].joints[found.samples[i]]
+            rotation = found.rotations[i] if this.planar else None
+            joints = project(this, start, found.targets[i], rotation)
+        if joints is None or not this.faces(joints, found.normals[i]):
+            return None
+        trial = q.copy()
+        trial[this.q_index] = joints
+        return trial
 
     def _touching(
         self, q: Array, limb: int, base: pin.SE3, found: Footholds, i: int
     ) -> tuple[Array, Contact] | None:
-        """Configuration and contact of a tied limb where it meets the surface of a foothold.
+        """Configuration and contact of a limb that moves on a surface only, beside a foothold.
 
-        Beside the foothold: no joints put such a limb on a given point.
+        No joints put such a limb on a given point: its contact is where it meets the plane.
         """
         this, normal = self.robot.limbs[limb], found.normals[i]
         with self.counters.timed("projection"):
@@ -296,7 +286,7 @@ class ContactGenerator:
         return trial, contact
 
     def _is_moved(self, contact: Contact, replaced: Contact | None) -> bool:
-        """True where a contact is not where the one it replaces was."""
+        """True where a contact differs from the one that it replaces."""
         if replaced is None:
             return True
         moved = float(np.linalg.norm(contact.position - replaced.position))

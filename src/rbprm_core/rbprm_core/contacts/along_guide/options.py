@@ -1,4 +1,4 @@
-"""Options of the contact generator and of the sequence."""
+"""Options of the along-guide contact planner."""
 
 from __future__ import annotations
 
@@ -15,16 +15,17 @@ class GeneratorOptions:
     """Options of the contact generator.
 
     Attributes:
-        band: samples farther than this from a surface are no candidates, metres.
-        tilt: samples of a patch that face the surface less well than this are none, radians.
-        edge_margin: least distance of a contact from its surface's boundary, metres.
-        candidates: most candidates that are projected for one contact.
-        spacing: of the candidates on a surface, metres; of those that are nearer to each other
-            only the best is tried, since what blocks one mostly blocks the other.
-        move: a new contact nearer than this to the one it replaces is no move, metres.
+        band: largest distance of a sample from a surface to be a candidate, metres.
+        tilt: largest angle between the normal of a patch and that of the surface for a sample to
+            be a candidate, radians.
+        edge_margin: smallest distance of a contact from the boundary of its surface, metres.
+        candidates: largest number of candidates projected for one contact.
+        spacing: spacing of the candidates on a surface, metres; of candidates nearer to each other
+            only the best is tried, since what obstructs one mostly obstructs the other.
+        move: smallest distance of a new contact from the one that it replaces, metres.
         accept_below_threshold: where no candidate reaches the threshold, take the one with the
-            largest b0 that is in static equilibrium at all (b0 >= 0), as section 6.2.3 allows,
-            rather than none.
+            largest b0 that is in static equilibrium at all (b0 >= 0), as
+            Tonneau et al. 2018, section 6.2.3, allow, rather than none.
     """
 
     band: PositiveLength = 0.04
@@ -41,13 +42,14 @@ class SequenceOptions:
     """Options of the sequence.
 
     Attributes:
-        step: distance of root configurations along the guide, metres (section 6.2.4).
-        min_step: a step that fails is halved down to this, metres.
-        look_ahead: metres of guide ahead by which contacts are ranked.
-        prefer_supported: rather move a contact without which the robot still stands; false keeps to
-            the paper's order, with fewer transitions and less time.
-        root_slack: how far the root may leave the guide, metres, at the goal too, so that a limb
-            keeps its contact whose joints cannot follow the root, such as a knee's.
+        step: distance of root configurations along the guide, metres (Tonneau et al. 2018, section
+            6.2.4).
+        min_step: length down to which a step that fails is halved, metres.
+        look_ahead: length of the guide ahead by which contacts are ranked, metres.
+        prefer_supported: move a contact without which the robot stays in equilibrium first; false
+            keeps the order of Tonneau et al. 2018, with fewer transitions and less time.
+        root_slack: largest distance of the root from the guide, metres, at the goal too, so that a
+            limb keeps its contact whose joints cannot follow the root, such as a knee.
     """
 
     step: Step = 0.1

@@ -1,4 +1,4 @@
-"""From a guide path to a sequence of contact states (section 4.2, appendix B)."""
+"""From a guide to a sequence of contact states (Tonneau et al. 2018, section 4.2, appendix B)."""
 
 from __future__ import annotations
 
@@ -10,33 +10,42 @@ from rbprm_core.body.state import State
 from rbprm_core.budget import Budget
 from rbprm_core.contacts.along_guide.generator import ContactGenerator
 from rbprm_core.contacts.along_guide.options import SequenceOptions
-from rbprm_core.contacts.along_guide.walk import Obstruction, Walk
+from rbprm_core.contacts.along_guide.walk import Walk
+from rbprm_core.contacts.along_guide.walk_state import WalkState
 from rbprm_core.errors import Cancelled, NoSequenceFound, TimeLimitReached
-from rbprm_core.guide.root.path import GuidePath
+from rbprm_core.failures import Failure
+from rbprm_core.guide.protocol import Guide
+from rbprm_core.stages import Stage
 
 
 def plan_sequence(
     generator: ContactGenerator,
-    guide: GuidePath,
-    start: State,
+    guide: Guide,
+    start: WalkState,
     budget: Budget,
     rng: np.random.Generator,
     options: SequenceOptions = SequenceOptions(),  # noqa: B008 (frozen)
     goal_limbs: Collection[int] = (),
     on_states: Callable[[Sequence[State]], None] = lambda states: None,
-) -> list[State]:
+) -> list[WalkState]:
     """States along the guide, from the start state to the guide's end (Algorithm 1).
 
     Neighbouring states differ by one broken, made or moved contact at most. A step that fails is
     halved before a contact is moved: shorter steps break fewer contacts at once.
 
     Args:
-        goal_limbs: limbs that are to be in contact at the end; the last state may lack those that
-            find none there.
-        on_states: told the states so far, the start state first, whenever there are more.
+        generator: the contact generator.
+        guide: the guide.
+        start: the first state, at the guide's beginning.
+        budget: time limit, cancel and progress.
+        rng: random generator.
+        options: options of the sequence.
+        goal_limbs: indices of the limbs to be in contact at the end; the last state may lack those
+            that find no contact there.
+        on_states: called with the states so far, the start state first, whenever one is added.
 
     Raises:
-        NoSequenceFound: where the guide cannot be followed further.
+        NoSequenceFound: the guide cannot be followed further.
         TimeLimitReached, Cancelled: from the budget.
 
         The attribute `states` of each has the states so far, `fraction` the share of the guide
@@ -46,7 +55,7 @@ def plan_sequence(
     states = _Growing(start, on_states)
     try:
         _follow(walk, generator, guide, states, budget, options)
-        _settle(walk, states, guide.length, goal_limbs)
+        _make_goal_contacts(walk, states, guide.length, goal_limbs)
     except (TimeLimitReached, Cancelled) as error:
         error.states, error.fraction = tuple(states.states), states.fraction
         raise
@@ -54,77 +63,74 @@ def plan_sequence(
 
 
 class _Growing:
-    """A sequence that tells somebody whenever it has grown.
+    """A sequence that reports its states whenever one is added.
 
     Attributes:
-        fraction: share of the guide that it covers, 0 to 1.
+        states: the states so far.
+        fraction: share of the guide that they cover, 0 to 1.
     """
 
-    def __init__(self, start: State, told: Callable[[Sequence[State]], None]) -> None:
-        self.states: list[State] = []
+    def __init__(self, start: WalkState, on_states: Callable[[Sequence[State]], None]) -> None:
+        self.states: list[WalkState] = []
         self.fraction = 0.0
-        self._told = told
+        self._on_states = on_states
         self.add(start)
 
     @property
-    def last(self) -> State:
+    def last(self) -> WalkState:
         """The newest state."""
         return self.states[-1]
 
-    def add(self, state: State) -> None:
-        """Go on to another state."""
+    def add(self, state: WalkState) -> None:
+        """Add a state."""
         self.states.append(state)
-        self._told(tuple(self.states))
+        self._on_states(tuple(self.states))
 
 
 def _follow(
     walk: Walk,
     generator: ContactGenerator,
-    guide: GuidePath,
+    guide: Guide,
     states: _Growing,
     budget: Budget,
     options: SequenceOptions,
 ) -> None:
-    """Add the states along a guide, the goal's included."""
-    mark, step = 0.0, options.step
-    moved: set[int] = set()  # limbs moved at this root; once each is enough
-    floor: float | None = None  # least b0 taken as a last resort, None while there are others
-    while mark < guide.length:
-        states.fraction = mark / guide.length
-        budget.check("sequence", states.fraction, len(states.states))
-        last, target = states.last, min(mark + step, guide.length)
-        found = walk.advance(last, target, floor)
-        stuck = found if isinstance(found, Obstruction) else None
+    """Add the states along a guide, that at its end included."""
+    s, step = 0.0, options.step
+    moved: set[int] = set()  # limbs moved at this root; each once is enough
+    fallback: float | None = None  # b0 accepted as a last resort, None while there are other ways
+    while s < guide.length:
+        states.fraction = s / guide.length
+        budget.check(Stage.CONTACTS, states.fraction, len(states.states))
+        last, target = states.last, min(s + step, guide.length)
+        found = walk.advance(last, target, fallback)
+        obstruction = found if isinstance(found, Failure) else None
         instead = None
-        if isinstance(found, Obstruction) or not walk.supported(last, found):
-            instead = walk.reposition(last, mark, moved, stuck, floor)
+        if isinstance(found, Failure) or not walk.supported(last, found):
+            instead = walk.reposition(last, s, moved, obstruction, fallback)
         if instead is not None:
             states.add(instead)
-            floor = None
+            fallback = None
             moved.add(instead.contacts[-1].limb)
-        elif isinstance(found, State):
+        elif isinstance(found, WalkState):
             states.add(found)
-            mark, step, floor = target, min(2 * step, options.step), None
+            s, step, fallback = target, min(2 * step, options.step), None
             moved.clear()
         elif step > options.min_step:
             step /= 2
-        elif floor is None and generator.options.accept_below_threshold:
-            step, floor = options.step, generator.floor
+        elif fallback is None and generator.options.accept_below_threshold:
+            step, fallback = options.step, generator.fallback_robustness
         else:
-            raise _stopped(generator, states.states, found, states.fraction)
+            found_states = tuple(states.states)
+            raise NoSequenceFound(len(found_states) - 1, found, states.fraction, found_states)
     states.fraction = 1.0
 
 
-def _settle(walk: Walk, states: _Growing, mark: float, goal_limbs: Collection[int]) -> None:
-    """Add states at the goal that bring the limbs in contact that are wanted there and are free."""
+def _make_goal_contacts(
+    walk: Walk, states: _Growing, s: float, goal_limbs: Collection[int]
+) -> None:
+    """Add states at the goal in which free limbs that are to be in contact there make contact."""
     for limb in [limb for limb in states.last.free if limb in goal_limbs]:
-        made = walk.make(states.last, mark, limb)
+        made = walk.make(states.last, s, limb)
         if made is not None:
             states.add(made)
-
-
-def _stopped(
-    generator: ContactGenerator, states: list[State], why: Obstruction, fraction: float
-) -> NoSequenceFound:
-    limb = generator.robot.limbs[why.limb].name if why.limb >= 0 else ""
-    return NoSequenceFound(len(states) - 1, limb, why.reason, fraction, tuple(states))

@@ -6,16 +6,17 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
-from rbprm_core.body.state import State
+from rbprm_core.body.state_failures import low_robustness
 from rbprm_core.budget import Budget
 from rbprm_core.contacts.along_guide.generator import ContactGenerator
 from rbprm_core.contacts.along_guide.look_ahead import LookAhead
+from rbprm_core.contacts.along_guide.walk_state import WalkState
 from rbprm_core.errors import GoalUnreachable, RootUnreachable, StartUnreachable
-
-Array = NDArray[np.float64]
+from rbprm_core.failures import Cause, Failure
+from rbprm_core.stages import Stage
 
 
 def start_state(
@@ -24,37 +25,40 @@ def start_state(
     limbs: Sequence[int],
     which: str = "start",
     budget: Budget | None = None,
-) -> State:
+) -> WalkState:
     """A state in static equilibrium with given limbs in contact, from the reference posture.
 
-    Limbs make contact in the order given. Where that leads nowhere its rotations are tried: a limb
-    may be in another's way, and the last one has to complete the equilibrium. Only where no order
-    reaches the threshold does `accept_below_threshold` let them be tried again for less.
+    Limbs make contact in the order given. Where that fails, the rotations of the order are tried:
+    a limb may obstruct another, and the last one has to complete the equilibrium. Only where no
+    order reaches the threshold are they tried again for less, with `accept_below_threshold`.
 
     Args:
-        root: (7 + j,) root configuration. limbs: indices of the limbs that must be in contact.
+        generator: the contact generator.
+        root: (7 + j,) root configuration.
+        limbs: indices of the limbs that must be in contact.
         which: "start" or "goal", for the error.
+        budget: time limit, cancel and progress; None for no limit.
 
     Raises:
-        StartUnreachable, GoalUnreachable: names the limb and why, in the order given; with
-            `accept_below_threshold`, why not even for less.
+        StartUnreachable, GoalUnreachable: for the order given; with `accept_below_threshold`, why
+            not even for less.
         TimeLimitReached, Cancelled: from the budget.
     """
     kind = StartUnreachable if which == "start" else GoalUnreachable
     q = generator.robot.reference.copy()
     q[generator.robot.root_index] = root
-    if not generator.collision.root_free(q):
-        raise kind("the root part of the robot collides with the environment")
+    if not generator.body.collision.root_free(q):
+        raise kind(Failure.of(Cause.ROOT_COLLISION))
     if not limbs:
-        raise kind("no limb is to be in contact")
+        raise kind(Failure.of(Cause.NO_START_LIMBS))
     orders = [(*limbs[turn:], *limbs[:turn]) for turn in range(len(limbs))]
-    tries = [(least, order) for least in _enough(generator) for order in orders]
+    tries = [(minimum, order) for minimum in _minima(generator) for order in orders]
     failures: list[RootUnreachable] = []
-    for least, order in tries:
+    for minimum, order in tries:
         if budget is not None:
-            budget.check("start", len(failures) / len(tries))
+            budget.check(Stage.START, len(failures) / len(tries))
         try:
-            found = _in_order(generator, q, order, least, kind)
+            found = _in_order(generator, q, order, minimum, kind)
         except RootUnreachable as error:
             failures.append(error)
             continue
@@ -63,47 +67,47 @@ def start_state(
     raise failures[-len(orders)]
 
 
-def _enough(generator: ContactGenerator) -> tuple[float, ...]:
-    """Least b0 of a start, newtons: what is asked for, then what is taken as a last resort."""
-    if generator.floor < generator.threshold:
-        return generator.threshold, generator.floor
-    return (generator.threshold,)
+def _minima(generator: ContactGenerator) -> tuple[float, ...]:
+    """b0 of a start to be tried for, newtons: the request's, then that of the last resort."""
+    if generator.fallback_robustness < generator.min_robustness:
+        return generator.min_robustness, generator.fallback_robustness
+    return (generator.min_robustness,)
 
 
 def _in_order(
     generator: ContactGenerator,
     q: Array,
     limbs: Sequence[int],
-    least: float,
+    minimum: float,
     kind: type[StartUnreachable | GoalUnreachable],
-) -> State:
+) -> WalkState:
     """The state that limbs lead to from a configuration (nq,), one after the other.
 
     Args:
-        least: b0 that the whole set has to reach, newtons.
+        minimum: b0 that the whole set has to reach, newtons.
 
     Raises:
-        StartUnreachable, GoalUnreachable: as `kind` says.
+        StartUnreachable, GoalUnreachable: the one that `kind` names.
     """
-    robot = generator.robot
+    robot, body = generator.robot, generator.body
     contacts: list[Contact] = []
-    floor = least if generator.options.accept_below_threshold else None
+    fallback = minimum if generator.options.accept_below_threshold else None
     still = LookAhead.still(q[robot.root_index])
     for count, limb in enumerate(limbs, start=1):
-        # Equilibrium is asked of the whole set only: two feet alone hold no quadruped.
-        threshold = generator.threshold if count == len(limbs) else -np.inf
-        found = generator.generate(q, limb, contacts, still, threshold=threshold, floor=floor)
-        if isinstance(found, str):
-            name = robot.limbs[limb].name
-            raise kind(f"limb {name} finds no contact there ({found})", name)
-        q, contact, _ = found
-        contacts.append(contact)
+        # Equilibrium is required of the whole set only: two feet alone hold no quadruped.
+        wanted = generator.min_robustness if count == len(limbs) else -np.inf
+        found = generator.generate(
+            q, limb, contacts, still, min_robustness=wanted, fallback=fallback
+        )
+        if isinstance(found, Cause):
+            raise kind(Failure.of(found, robot.limbs[limb].name))
+        q = found.q
+        contacts.append(found.contact)
     free = [k for k in range(len(robot.limbs)) if k not in limbs]
     for limb in free:
-        if not generator.collision.limb_free(q, limb, None):
-            name = robot.limbs[limb].name
-            raise kind(f"limb {name}, at its reference posture, is in collision", name)
-    value = generator.robustness(q, contacts)
-    if value < least:
-        raise kind(f"{len(contacts)} contacts hold it with robustness {value:.3g} N only")
+        if not body.collision.limb_free(q, limb, None):
+            raise kind(Failure.of(Cause.REFERENCE_POSTURE_COLLISION, robot.limbs[limb].name))
+    value = body.robustness(q, contacts)
+    if value < minimum:
+        raise kind(low_robustness(value, minimum, len(contacts)))
     return generator.state(q, contacts, free, value)

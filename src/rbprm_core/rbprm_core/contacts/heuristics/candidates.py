@@ -1,4 +1,4 @@
-"""What a heuristic may look at."""
+"""Input of the heuristics."""
 
 from __future__ import annotations
 
@@ -6,25 +6,29 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from rbprm_core.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """m contact candidates of one limb of n joints; vectors in the limb's base frame.
+    """m contact candidates of one limb with n joints; vectors in the limb's base frame.
 
     Attributes:
-        joints: (m, n) limb configurations, radians or metres.
-        reference: (n,) the limb in the reference posture. low, high: (n,) joint limits.
-        grams: (m, 3, 3) J J^T of the limb configurations (section 5.2.1).
-        manipulability: (m,) of the limb configurations (equation 17).
-        normals: (m, 3) outward normals of the surfaces. friction: (m,) their coefficients.
-        centers: (m, 3) contact centres, metres. nominal: (3,) the centre that would suit best.
-        direction: (3,) unit local direction of the root's motion; zero where it stands still.
-        persistence: tells for how much of the guide ahead each candidate stays in reach, (m,).
-        rng: the request's generator, for heuristics that draw.
+        joints: (m, n) joint positions of the limb, radians or metres.
+        reference: (n,) joint positions of the limb in the reference posture.
+        low: (n,) lower joint limits.
+        high: (n,) upper joint limits.
+        grams: (m, 3, 3) $J J^T$ of the limb configurations (Tonneau et al. 2018, section 5.2.1).
+        manipulability: (m,) manipulability of the limb configurations (equation 17 there).
+        normals: (m, 3) outward unit normals of the surfaces.
+        friction: (m,) friction coefficients of the surfaces.
+        centers: (m, 3) contact centres, metres.
+        nominal: (3,) contact centre of the reference posture, see the heuristic `nominal`, metres.
+        direction: (3,) unit direction of the root's motion; zero where the root rests.
+        persistence: computes the share (m,) of the roots ahead at which each candidate stays in
+            the workspace.
+        rng: random generator of the request.
     """
 
     joints: Array

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rbprm_core.arrays import Array
 from rbprm_core.contacts.heuristics.candidates import Candidates
 
 
-def manipulability(candidates: Candidates) -> NDArray[np.float64]:
-    """h_w = sqrt(det(J J^T)) (equation 17), (m,)."""
+def manipulability(candidates: Candidates) -> Array:
+    r"""Manipulability (m,) of each candidate, $\sqrt{\det(J J^T)}$.
+
+    Tonneau et al. 2018, equation 17.
+
+    Args:
+        candidates: the candidates.
+    """
     return candidates.manipulability

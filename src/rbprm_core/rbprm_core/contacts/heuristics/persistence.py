@@ -1,17 +1,18 @@
-"""For how much of the way ahead a contact can be kept."""
+"""Share of the guide ahead along which a contact can be kept."""
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rbprm_core.arrays import Array
 from rbprm_core.contacts.heuristics.candidates import Candidates
 
 
-def persistence(candidates: Candidates) -> NDArray[np.float64]:
-    """Share (m,) of the look-ahead along the guide at which the contact stays in the workspace.
+def persistence(candidates: Candidates) -> Array:
+    """Share (m,) of the roots ahead on the guide at which the contact stays in the workspace.
 
-    Not in the paper. A contact that leaves the workspace soon must be made again soon, and contacts
-    that leave together stop the sequence; one test of points against the workspace's faces tells.
+    Not in Tonneau et al. 2018. A contact that leaves the workspace soon must be made again soon,
+    and contacts that leave together stop the sequence.
+
+    Args:
+        candidates: the candidates.
     """
     return candidates.persistence()

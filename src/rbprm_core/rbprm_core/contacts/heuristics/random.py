@@ -1,16 +1,17 @@
-"""Any candidate as good as another."""
+"""Random ranking."""
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rbprm_core.arrays import Array
 from rbprm_core.contacts.heuristics.candidates import Candidates
 
 
-def random(candidates: Candidates) -> NDArray[np.float64]:
-    """Numbers (m,) drawn evenly from 0 to 1: the baseline that every other has to beat.
+def random(candidates: Candidates) -> Array:
+    """Numbers (m,) drawn uniformly from 0 to 1: the baseline of the other heuristics.
 
-    They come from the request's generator, so that a seed gives the same ones again.
+    They come from the random generator of the request: equal seeds give equal numbers.
+
+    Args:
+        candidates: the candidates.
     """
     return candidates.rng.random(len(candidates))

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.contacts.heuristics.candidates import Candidates
 
 
-def velocity(candidates: Candidates) -> NDArray[np.float64]:
-    """h_vel = [m^T (J J^T)^-1 m]^(-1/2) (mu n^T m) (equation 16), (m,).
+def velocity(candidates: Candidates) -> Array:
+    r"""Velocity ratio (m,) of each candidate, $[m^T (J J^T)^{-1} m]^{-1/2} (\mu\, n^T m)$.
 
-    m is opposite to the local motion, as in EFORT. With (J J^T)^-1 = adj(J J^T) / det(J J^T) the
-    first factor is h_w / sqrt(m^T adj(J J^T) m): zero, not undefined, at a singularity.
+    m is opposite to the local motion, as in EFORT (Tonneau et al. 2018, equation 16). With
+    $(J J^T)^{-1} = \mathrm{adj}(J J^T) / \det(J J^T)$ the first factor is
+    $h_w / \sqrt{m^T \mathrm{adj}(J J^T) m}$: zero, not undefined, at a singularity.
+
+    Args:
+        candidates: the candidates.
     """
     m = -candidates.direction
     first, second, third = np.moveaxis(candidates.grams, 1, 0)

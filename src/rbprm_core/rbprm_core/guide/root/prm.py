@@ -9,6 +9,7 @@ import numpy as np
 from rbprm_core.arrays import Array
 from rbprm_core.budget import Budget
 from rbprm_core.errors import NoGuideFound
+from rbprm_core.failures import Cause, Failure
 from rbprm_core.guide.guide_options import PrmOptions
 from rbprm_core.guide.roadmap import Roadmap
 from rbprm_core.guide.root.path import GuidePath
@@ -65,12 +66,13 @@ class PrmSearch(RootSearch):
             self._ends = self._reattached(self._ends)
             sample = self._problem.sampler.draw(rng)
             changed = sample is not None and self._add_if_useful(sample)
-        reason = (
-            f"{iterations} samples did not connect start and goal; the roadmap has "
-            f"{len(self._roadmap)} nodes in {len(set(self._roadmap.components().values()))} parts: "
-            "widen the root bounds, require fewer limbs, or raise the iterations"
+        failure = Failure.of(
+            Cause.ROADMAP_NOT_CONNECTED,
+            samples=iterations,
+            nodes=len(self._roadmap),
+            parts=len(set(self._roadmap.components().values())),
         )
-        raise NoGuideFound(reason, len(self._roadmap))
+        raise NoGuideFound(failure, len(self._roadmap))
 
     def _cheapest_path(
         self, start: int, goal: int, budget: Budget, rng: np.random.Generator, factor: float

@@ -12,6 +12,7 @@ import pinocchio as pin
 
 from rbprm_core.arrays import Array, IntArray
 from rbprm_core.budget import Budget
+from rbprm_core.failures import Cause, Failure
 from rbprm_core.guide.root.root_equilibrium import EquilibriumTest
 from rbprm_core.guide.root.root_kinematics import RootKinematics
 from rbprm_core.guide.root.trunk import TrunkTest, lever_arms
@@ -111,36 +112,40 @@ class Reachability:
             and self._balances(root)
         )
 
-    def failure(self, root: Array) -> tuple[str, str]:
-        """Limb ("" for the trunk) and reason why the condition fails; ("", "") where it holds.
+    def failure(self, root: Array) -> Failure | None:
+        """Why the condition fails at a root configuration, None where it holds.
 
         Args:
             root: (7 + j,) root configuration.
         """
-        blocked = self.blocked(root)
-        if blocked:
-            return "", blocked
+        blocked = self.trunk_failure(root)
+        if blocked is not None:
+            return blocked
         for (limb, workspace, shape), placement in zip(
             self._limbs, self._bases.placements(root), strict=True
         ):
-            kinds = " or ".join(limb.surfaces)
+            kinds = tuple(str(kind) for kind in limb.surfaces)
             if shape is None:
-                return limb.name, f"the environment has no {kinds} surface for limb {limb.name}"
+                return Failure.of(Cause.NO_SURFACE_OF_KIND, limb.name, kinds=kinds)
             if not self._meets(workspace, placement, shape):
-                return limb.name, f"no {kinds} surface in the workspace of limb {limb.name}"
+                return Failure.of(Cause.NO_SURFACE_IN_WORKSPACE, limb.name, kinds=kinds)
         if not self._balances(root):
-            return "", "no contacts within the limbs' workspaces could bear the robot's weight"
-        return "", ""
+            return Failure.of(Cause.WEIGHT_UNSUPPORTED)
+        return None
 
-    def blocked(self, root: Array) -> str:
-        """Reason why the trunk cannot be at a root configuration (7 + j,); "" where it can."""
+    def trunk_failure(self, root: Array) -> Failure | None:
+        """Why the trunk volume cannot be at a root configuration, None where it can.
+
+        Args:
+            root: (7 + j,) root configuration.
+        """
         rotation = pin.Quaternion(root[3:7]).matrix()
         if self._scene.encloses(rotation @ self._trunk_middle + root[:3]):
-            return "the trunk is inside an obstacle"
+            return Failure.of(Cause.TRUNK_IN_OBSTACLE)
         if self._trunk.hits(root):
             scale = self._robot.description.volumes.trunk_scale
-            return f"the trunk, scaled by {scale:g}, collides with the environment"
-        return ""
+            return Failure.of(Cause.TRUNK_COLLISION, scale=scale)
+        return None
 
     def edge_holds(self, edge: RootSegment, steps: int) -> bool:
         """True where the condition holds on an edge whose first root is known to be valid.

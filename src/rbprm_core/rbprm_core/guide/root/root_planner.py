@@ -12,6 +12,7 @@ import numpy as np
 
 from rbprm_core.arrays import Array
 from rbprm_core.budget import Budget
+from rbprm_core.failures import Failure
 from rbprm_core.guide.protocol import SHORTCUT, GuideProblem, GuideResult
 from rbprm_core.guide.roadmap import Roadmap, roadmap_key
 from rbprm_core.guide.root.edge import EdgeTest
@@ -68,13 +69,13 @@ class RootGuidePlanner:
         """See `GuidePlanner.forget`."""
         self._condition.forget()
 
-    def failure(self, root: Array) -> tuple[str, str]:
+    def failure(self, root: Array) -> Failure | None:
         """See `GuidePlanner.failure`."""
         return self._condition.failure(root)
 
-    def blocked(self, root: Array) -> str:
-        """See `GuidePlanner.blocked`."""
-        return self._condition.blocked(root)
+    def trunk_failure(self, root: Array) -> Failure | None:
+        """See `GuidePlanner.trunk_failure`."""
+        return self._condition.trunk_failure(root)
 
     def _finished(self, path: GuidePath, budget: Budget, rng: np.random.Generator) -> GuidePath:
         """The path with random shortcuts, then settled."""

@@ -7,6 +7,7 @@ import numpy as np
 from rbprm_core.arrays import Array
 from rbprm_core.budget import Budget
 from rbprm_core.errors import NoGuideFound
+from rbprm_core.failures import Cause, Failure
 from rbprm_core.guide.guide_options import RrtOptions
 from rbprm_core.guide.root.edge import EdgeTest
 from rbprm_core.guide.root.path import GuidePath
@@ -91,12 +92,13 @@ class RrtSearch(RootSearch):
                 there, back = trees[0].branch(ends[0]), trees[1].branch(ends[1])
                 nodes = there + back[::-1][1:]
                 return GuidePath(np.array(nodes)), len(trees[0]) + len(trees[1])
-        reason = (
-            f"{iterations} samples did not connect start and goal; "
-            f"{len(trees[0])} nodes were reached from the start, {len(trees[1])} from the goal: "
-            "widen the root bounds, require fewer limbs, or raise the iterations"
+        failure = Failure.of(
+            Cause.TREES_NOT_CONNECTED,
+            samples=iterations,
+            start_nodes=len(trees[0]),
+            goal_nodes=len(trees[1]),
         )
-        raise NoGuideFound(reason, len(trees[0]) + len(trees[1]))
+        raise NoGuideFound(failure, len(trees[0]) + len(trees[1]))
 
     def _connect(
         self, growing: Tree, other: Tree, target: Array, greedy: bool

@@ -1,0 +1,1 @@
+"""Motion planners: the motion that executes a contact sequence."""

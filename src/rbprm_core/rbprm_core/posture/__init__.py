@@ -1,0 +1,1 @@
+"""Posture generators: a whole-body configuration that satisfies contacts, statics and limits."""

@@ -1,0 +1,11 @@
+"""Posture generators by name. This package brings none yet; other packages may."""
+
+from __future__ import annotations
+
+from rbprm_core.posture.protocol import PostureGeneratorFactory
+from rbprm_core.registry import Registry
+
+POSTURE_GENERATORS: Registry[PostureGeneratorFactory] = Registry(
+    "posture generator", "rbprm.posture_generators", {}
+)
+"""Factories of posture generators; entry points of "rbprm.posture_generators" add them."""
