@@ -1,4 +1,4 @@
-"""A plausible plan without the planner: HyQ crawls over the rubble, one foot at a time."""
+"""A plausible plan made without the planner: HyQ crawls over the rubble."""
 
 from __future__ import annotations
 
@@ -8,22 +8,21 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import trimesh
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.plan_record import ContactPlan
 from rbprm_core.resources import find_resource
 
-Array = NDArray[np.float64]
 URDF = "example-robot-data/robots/hyq_description/robots/hyq_no_sensors.urdf"
 RUBBLE = "hpp_environments/meshes/multicontact/darpareduced.stl"
 LEGS = ("rh", "rf", "lh", "lf")  # the order of a crawl
-RADIUS = 0.02175  # of the ball feet, metres
-START, STEP = -1.3, 0.035  # of the root along x, metres: first state, from state to state
-FOOT_X, FOOT_Y, HEIGHT = 0.37, 0.32, 0.55  # of the stance, metres
+RADIUS = 0.02175  # metres, of the balls that are the feet
+START, STEP = -1.3, 0.035  # metres: x of the root in the first state, and between states
+FOOT_X, FOOT_Y, HEIGHT = 0.37, 0.32, 0.55  # metres, from the root to a foot in the stance
 
 
 class Crawler:
-    """Puts HyQ's feet on the rubble and solves for the legs."""
+    """Places HyQ's feet on the rubble and solves for the joints of the legs."""
 
     def __init__(self) -> None:
         self.model = pin.buildModelFromUrdf(
@@ -38,7 +37,7 @@ class Crawler:
             self.q[first : first + 3] = [-0.2, 0.75 * bend, -1.5 * bend]
 
     def foothold(self, leg: str, x: float) -> tuple[Array, Array]:
-        """Point and normal under a foot's place in the stance, for the root at x."""
+        """Point and normal of the ground under a foot of the stance, for the root at x."""
         y = FOOT_Y if leg[0] == "l" else -FOOT_Y
         above = [x + (FOOT_X if leg[1] == "f" else -FOOT_X), y, 5.0]
         hits, _, faces = self.ground.ray.intersects_location([above], [[0, 0, -1]])
@@ -47,7 +46,7 @@ class Crawler:
         return hits[top], normal * np.sign(normal[2])
 
     def reach(self, root: Array, feet: dict[str, tuple[Array, Array]]) -> None:
-        """Gauss-Newton steps of each leg towards its foothold."""
+        """Move each leg to its foothold by Gauss-Newton steps."""
         self.q[:3] = root
         for leg, (point, normal) in feet.items():
             frame = self.model.getFrameId(f"{leg}_foot")
@@ -63,7 +62,7 @@ class Crawler:
                 self.q[joint.idx_q : joint.idx_q + 3] += step
 
     def state(self, feet: dict[str, tuple[Array, Array]], robustness: float) -> dict[str, object]:
-        """The present configuration as a state of the plan file."""
+        """The current configuration as a state of the plan file."""
         upright = [0.0, 0.0, 0.0, 1.0]
         contacts = [
             {
@@ -88,7 +87,7 @@ class Crawler:
 
 
 def crawl(count: int) -> ContactPlan:
-    """A plan of `count` states; every other state has a foot in the air."""
+    """A plan of `count` states; every other state has a swing foot."""
     crawler = Crawler()
     feet = {leg: crawler.foothold(leg, START) for leg in LEGS}
     states = []

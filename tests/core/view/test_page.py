@@ -1,4 +1,4 @@
-"""The page: one file, self-contained, with every state in it."""
+"""The page: one self-contained file that holds every state."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ import pytest
 from rbprm_core.errors import InvalidInput
 from rbprm_core.plan_record import ContactPlan, SurfaceEntry
 from rbprm_core.view.page import POLICY, write_page
-from rbprm_core.view.scene import make_scene
+from rbprm_core.view.plan_geometry import load_plan_geometry
 
 
 class Tags(html.parser.HTMLParser):
-    """Addresses that the elements of a page point to, and the plan's data in it."""
+    """Collects the addresses and policies in a page, and the data of the plan."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -96,26 +96,26 @@ def test_no_such_folder(plan: ContactPlan, tmp_path: Path) -> None:
 
 
 def test_frames_meet_the_states(plan: ContactPlan) -> None:
-    scene = make_scene(plan)
-    frames = scene.between(3)
+    geometry = load_plan_geometry(plan)
+    frames = geometry.interpolated(3)
     assert len(frames) == 3 * (len(plan.states) - 1) + 1
-    assert np.allclose(frames[::3], scene.configurations, atol=1e-9)
+    assert np.allclose(frames[::3], geometry.configurations, atol=1e-9)
 
 
 def test_contact_frames_stand_on_their_footprints(plan: ContactPlan) -> None:
-    """What is drawn agrees with the plan: the ball of each foot touches its footprint."""
-    scene = make_scene(plan)
-    placements = scene.placements(scene.configurations)
+    """The drawn ball of each foot touches its footprint."""
+    geometry = load_plan_geometry(plan)
+    placements = geometry.placements(geometry.configurations)
     for state, frames in zip(plan.states, placements, strict=True):
         for contact in state.contacts:
-            index = next(i for i, link in enumerate(scene.links) if link.limb == contact.limb)
-            vertices = scene.links[index].mesh.copy().apply_transform(frames[index]).vertices
+            index = next(i for i, link in enumerate(geometry.links) if link.limb == contact.limb)
+            vertices = geometry.links[index].mesh.copy().apply_transform(frames[index]).vertices
             gap = np.linalg.norm(vertices - contact.position, axis=1).min()
             assert gap < 0.01
 
 
 def test_footprints_come_once(plan: ContactPlan) -> None:
-    marks = make_scene(plan).footprints
+    marks = load_plan_geometry(plan).footprints
     assert [mark.state for mark in marks] == sorted(mark.state for mark in marks)
     for limb in {mark.limb for mark in marks}:
         places = np.array([mark.position for mark in marks if mark.limb == limb])
@@ -128,7 +128,7 @@ def with_surface(plan: ContactPlan, surface: SurfaceEntry) -> ContactPlan:
 
 
 def test_surface_with_a_hole(plan: ContactPlan) -> None:
-    """An L on a slope of 45 degrees, with a hole: area and outside are kept."""
+    """An L-shaped polygon with a hole on a slope of 45 degrees: area and normal are kept."""
     flat = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
     hole = [(0.2, 0.2), (0.7, 0.2), (0.7, 0.7), (0.2, 0.7)]
 
@@ -136,7 +136,7 @@ def test_surface_with_a_hole(plan: ContactPlan) -> None:
         return tuple((x, y * 0.5**0.5, y * 0.5**0.5 + 1) for x, y in loop)
 
     surface = SurfaceEntry(id="slope", vertices=tilt(flat), holes=(tilt(hole),))
-    mesh = make_scene(with_surface(plan, surface)).environment
+    mesh = load_plan_geometry(with_surface(plan, surface)).environment
     assert mesh.area == pytest.approx(3 - 0.25)
     assert np.allclose(mesh.face_normals, [0, -(0.5**0.5), 0.5**0.5])
     assert mesh.bounds[0] == pytest.approx([0, 0, 1])
@@ -154,4 +154,4 @@ def test_surface_with_a_hole(plan: ContactPlan) -> None:
 )
 def test_bad_surface(plan: ContactPlan, vertices: tuple[tuple[float, float, float], ...]) -> None:
     with pytest.raises(InvalidInput, match=r"environment\.surfaces\.0"):
-        make_scene(with_surface(plan, SurfaceEntry(id="bad", vertices=vertices)))
+        load_plan_geometry(with_surface(plan, SurfaceEntry(id="bad", vertices=vertices)))

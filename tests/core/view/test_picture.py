@@ -1,4 +1,4 @@
-"""The picture: a PNG with something on it, for ways in any direction."""
+"""The picture: a PNG that is not empty, for paths in any direction."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_it_shows_something(plan: ContactPlan, tmp_path: Path) -> None:
 
 
 def turned(plan: ContactPlan) -> ContactPlan:
-    """The way along y instead of x, over a plain floor, with patches as feet."""
+    """The plan along y instead of x, on a level floor, with patches instead of points."""
     half = 0.5**0.5
 
     def turn(p: tuple[float, ...]) -> tuple[float, float, float]:
@@ -69,7 +69,7 @@ def test_way_along_y_with_patches(plan: ContactPlan, tmp_path: Path) -> None:
 
 
 def test_one_state_and_nothing_else(plan: ContactPlan, tmp_path: Path) -> None:
-    """A partial plan may end where it starts."""
+    """A partial plan may consist of its start."""
     environment = plan.environment.model_copy(update={"meshes": ()})
     alone = plan.model_copy(
         update={"states": plan.states[:1], "guide": (), "environment": environment}

@@ -1,1 +1,1 @@
-"""Plans for the eye: a self-contained 3-D page and a picture. Knows the plan, not the planner."""
+"""Views of a plan: a self-contained 3-D page and a picture, made from the plan record alone."""

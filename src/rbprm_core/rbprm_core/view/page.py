@@ -1,4 +1,4 @@
-"""One HTML file in which the robot walks through a plan, with all that it needs inside."""
+"""A self-contained HTML page in which the robot moves through a plan."""
 
 from __future__ import annotations
 
@@ -12,29 +12,24 @@ import k3d
 import numpy as np
 import trimesh
 from k3d.plot import Plot
-from matplotlib.font_manager import FontProperties
-from matplotlib.textpath import TextPath
-from numpy.typing import NDArray
-from shapely import MultiPolygon, Polygon
 
+from rbprm_core.arrays import Array
 from rbprm_core.errors import InvalidInput
 from rbprm_core.plan_record import ContactPlan
-from rbprm_core.view.meshes import flat_mesh, frame_on, joined, sharp_edges, thinned
+from rbprm_core.view.mesh_operations import joined, sharp_edges, thinned
+from rbprm_core.view.page_footprints import layers, number_mesh, patch_mesh
 from rbprm_core.view.palette import BODY, GROUND, GROUND_EDGE, GUIDE, limb_colors
-from rbprm_core.view.scene import Footprint, PlanScene, make_scene
+from rbprm_core.view.plan_geometry import PlanGeometry, load_plan_geometry
 
-Array = NDArray[np.float64]
-
-MAX_FRAMES = 720  # of the animation; the file and the player's work grow with them
-MAX_STEPS = 6  # frames from a state to the next
-FINE_LINK = 20_000  # triangles; a link with more is thinned to the millimetre
-DISC = 0.045  # radius in metres of the mark of a point contact
-LIFT = 0.003  # metres that marks float above the ground, which would else hide them
-LAYER = 0.0012  # metres that a mark lies above an earlier one that it overlaps
-INK = 0.0006  # metres from a mark to the number on it
+MAX_FRAMES = 720  # frames of the animation; file size and rendering time grow with them
+MAX_STEPS = 6  # frames from one state to the next
+FINE_LINK = 20_000  # triangles; meshes of links with more are thinned to the millimetre
+LIFT = 0.003  # metres of footprints above the ground, which would otherwise hide them
+LAYER = 0.0012  # metres of a footprint above an earlier one that it overlaps
+NUMBER_LIFT = 0.0006  # metres of a number above its footprint
 FIELD_OF_VIEW = 35.0  # degrees, vertical
 
-# What leaves no way to fetch anything: a page from disk must look the same without a network.
+# Forbids the page to load anything: it must look the same from a disk without a network.
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob:; "
     "style-src 'unsafe-inline'; img-src data: blob:; font-src data:; worker-src blob:"
@@ -42,36 +37,43 @@ POLICY = (
 
 
 def write_page(plan: ContactPlan, path: str | Path) -> None:
-    """Write a self-contained page: scene, guide, numbered footprints and the robot in motion.
+    """Write a self-contained page: environment, guide, numbered footprints, robot in motion.
 
-    Between the states of the plan the robot is interpolated for the eye; the page says so.
+    The motion between states is interpolated for display only, and the page says so.
+
+    Args:
+        plan: plan to show.
+        path: path of the HTML file.
 
     Raises:
-        InvalidInput: the plan cannot be shown (see `make_scene`) or the file cannot be written.
+        InvalidInput: the plan cannot be shown (see `load_plan_geometry`), or the file cannot be
+            written.
     """
-    scene = make_scene(plan)
-    plot = _empty_plot(scene)
-    colors = limb_colors(scene.limbs)
-    _add_ground(plot, scene)
-    _add_footprints(plot, scene, colors)
-    _add_robot(plot, scene, colors)
+    geometry = load_plan_geometry(plan)
+    plot = _empty_plot(geometry)
+    colors = limb_colors(geometry.limbs)
+    _add_environment(plot, geometry)
+    _add_footprints(plot, geometry, colors)
+    _add_robot(plot, geometry, colors)
     text = plot.get_snapshot(additional_js_code="startPlayer(K3DInstance);")
     try:
-        Path(path).write_text(_with_player(text, plan, scene, colors), encoding="utf-8")
+        Path(path).write_text(_with_player(text, plan, geometry, colors), encoding="utf-8")
     except OSError as error:
         raise InvalidInput("out", str(path), f"cannot be written: {error.strerror}") from error
 
 
 def _hex(color: str) -> int:
+    """Return a colour "#rrggbb" as a number."""
     return int(color.removeprefix("#"), 16)
 
 
-def _empty_plot(scene: PlanScene) -> Plot:
-    low, high = _stage(scene)
+def _empty_plot(geometry: PlanGeometry) -> Plot:
+    """Return a plot with camera and grid, without objects."""
+    low, high = _extent(geometry)
     return k3d.plot(
         name="contact plan",
         camera_auto_fit=False,
-        camera=_camera(scene),
+        camera=_camera(geometry),
         camera_fov=FIELD_OF_VIEW,
         camera_mode="orbit",
         camera_up_axis="z",
@@ -87,22 +89,22 @@ def _empty_plot(scene: PlanScene) -> Plot:
     )
 
 
-def _stage(scene: PlanScene) -> tuple[Array, Array]:
-    """Lowest and highest corner of the box in which the walk takes place, metres."""
-    places = [scene.roots, scene.guide, *(f.position[None] for f in scene.footprints)]
+def _extent(geometry: PlanGeometry) -> tuple[Array, Array]:
+    """Return the lowest and highest corner of the box in which the motion takes place, metres."""
+    places = [geometry.roots, geometry.guide, *(f.position[None] for f in geometry.footprints)]
     points = np.vstack(places)
     low: Array = points.min(axis=0) - np.array([0.8, 0.8, 0])
     high: Array = points.max(axis=0) + np.array([0.8, 0.8, 0.5])
     return low, high
 
 
-def _camera(scene: PlanScene) -> list[float]:
-    """Position, target and up: from the right of the way and above, the whole way in view."""
-    low, high = _stage(scene)
+def _camera(geometry: PlanGeometry) -> list[float]:
+    """Return position, target and up vector of a camera that sees the whole path from its right."""
+    low, high = _extent(geometry)
     center, extent = (low + high) / 2, high - low
-    # the longer side of the stage lies across the screen
+    # the longer side of the box lies across the screen
     ahead = np.array([1.0, 0, 0]) if extent[0] >= extent[1] else np.array([0, 1.0, 0])
-    if (scene.roots[-1] - scene.roots[0]) @ ahead < 0:
+    if (geometry.roots[-1] - geometry.roots[0]) @ ahead < 0:
         ahead = -ahead
     right = np.cross(ahead, [0, 0, 1])
     aim = 0.85 * right - 0.22 * ahead + np.array([0, 0, 0.55])
@@ -113,9 +115,9 @@ def _camera(scene: PlanScene) -> list[float]:
     return [*position.tolist(), *center.tolist(), 0, 0, 1]
 
 
-def _add_ground(plot: Plot, scene: PlanScene) -> None:
-    """Environment with its sharp edges, and the guide path."""
-    ground = scene.environment
+def _add_environment(plot: Plot, geometry: PlanGeometry) -> None:
+    """Add the environment with its sharp edges, and the guide path."""
+    ground = geometry.environment
     if not ground.is_empty:
         plot += _mesh(ground, GROUND, "environment")
         edges = sharp_edges(ground)
@@ -129,12 +131,13 @@ def _add_ground(plot: Plot, scene: PlanScene) -> None:
                 color=_hex(GROUND_EDGE),
                 name="edges",
             )
-    if len(scene.guide) > 1:
-        line = scene.guide.astype(np.float32)
+    if len(geometry.guide) > 1:
+        line = geometry.guide.astype(np.float32)
         plot += k3d.line(line, shader="mesh", width=0.012, color=_hex(GUIDE), name="guide")
 
 
 def _mesh(mesh: trimesh.Trimesh, color: str, name: str) -> k3d.objects.Mesh:
+    """Return a mesh for the plot."""
     return k3d.mesh(
         np.array(mesh.vertices, np.float32),
         np.array(mesh.faces, np.uint32),
@@ -144,86 +147,47 @@ def _mesh(mesh: trimesh.Trimesh, color: str, name: str) -> k3d.objects.Mesh:
     )
 
 
-def _add_robot(plot: Plot, scene: PlanScene, colors: dict[str, str]) -> None:
-    """The links, moving; time 1.0 is state 1."""
-    gaps = max(1, len(scene.configurations) - 1)
+def _add_robot(plot: Plot, geometry: PlanGeometry, colors: dict[str, str]) -> None:
+    """Add the links with their placements over time; time 1.0 is state 1."""
+    gaps = max(1, len(geometry.configurations) - 1)
     steps = int(np.clip(MAX_FRAMES // gaps, 1, MAX_STEPS))
-    frames = scene.placements(scene.between(steps)).astype(np.float32)
-    for i, link in enumerate(scene.links):
+    frames = geometry.placements(geometry.interpolated(steps)).astype(np.float32)
+    for i, link in enumerate(geometry.links):
         mesh = link.mesh
         if len(mesh.faces) > FINE_LINK:
             mesh = thinned(mesh, digits=3)
-        item = _mesh(mesh, colors.get(link.limb, BODY), f"link of {scene.model.names[link.joint]}")
+        name = f"link of {geometry.model.names[link.joint]}"
+        item = _mesh(mesh, colors.get(link.limb, BODY), name)
         item.model_matrix = {str(k / steps): frame[i] for k, frame in enumerate(frames)}
         plot += item
 
 
-def _add_footprints(plot: Plot, scene: PlanScene, colors: dict[str, str]) -> None:
-    """Patches in the limbs' colours, each with the number of the state that makes it."""
-    position, target = np.reshape(_camera(scene)[:6], (2, 3))
+def _add_footprints(plot: Plot, geometry: PlanGeometry, colors: dict[str, str]) -> None:
+    """Add footprints in the colours of their limbs, each with the number of its state."""
+    position, target = np.reshape(_camera(geometry)[:6], (2, 3))
     across = np.cross(target - position, [0, 0, 1])
     patches: dict[str, list[trimesh.Trimesh]] = {}
     numbers: list[trimesh.Trimesh] = []
-    for mark, level in zip(scene.footprints, _levels(scene.footprints), strict=True):
-        lift = (LIFT + LAYER * level) * mark.normal
-        patches.setdefault(mark.limb, []).append(_patch(mark).apply_translation(lift))
-        numbers.append(_number(mark, across).apply_translation(lift + INK * mark.normal))
+    for mark, layer in zip(geometry.footprints, layers(geometry.footprints), strict=True):
+        lift = (LIFT + LAYER * layer) * mark.normal
+        patches.setdefault(mark.limb, []).append(patch_mesh(mark).apply_translation(lift))
+        above = lift + NUMBER_LIFT * mark.normal
+        numbers.append(number_mesh(mark, across).apply_translation(above))
     for limb, meshes in patches.items():
         plot += _mesh(joined(meshes), colors[limb], f"footprints of {limb}")
     if numbers:
         plot += _mesh(joined(numbers), "#ffffff", "state numbers")
 
 
-def _levels(marks: tuple[Footprint, ...]) -> list[int]:
-    """How many marks lie under each one, so that a later one covers an earlier one whole."""
-    centers = np.array([mark.position for mark in marks]).reshape(-1, 3)
-    radii = np.array([mark.radius or DISC for mark in marks])
-    levels = np.zeros(len(marks), dtype=int)
-    for i in range(len(marks)):
-        near = np.linalg.norm(centers[:i] - centers[i], axis=1) < radii[:i] + radii[i]
-        levels[i] = 1 + levels[:i][near].max(initial=-1)
-    return levels.tolist()
-
-
-def _patch(mark: Footprint) -> trimesh.Trimesh:
-    """A disc about a point contact, the patch itself of a planar one."""
-    if not len(mark.corners):
-        turns = np.linspace(0, 2 * np.pi, 33)[:-1]
-        circle = DISC * np.column_stack((np.cos(turns), np.sin(turns), np.zeros(len(turns))))
-        rim = trimesh.transform_points(circle, frame_on(mark.position, mark.normal))
-    else:
-        rim = mark.corners
-    return trimesh.Trimesh(rim, [[0, k, k + 1] for k in range(1, len(rim) - 1)])
-
-
-def _number(mark: Footprint, across: Array) -> trimesh.Trimesh:
-    """The state's number painted on the patch."""
-    return _digits(str(mark.state)).apply_transform(frame_on(mark.position, mark.normal, across))
-
-
-def _digits(text: str) -> trimesh.Trimesh:
-    """Triangles of a text in the plane z = 0, centred, to fit the disc."""
-    size = DISC * (1.15 if len(text) < 3 else 0.85)
-    path = TextPath(
-        (0, 0), text, size=100, prop=FontProperties(family="DejaVu Sans", weight="bold")
-    )
-    # overlapping loops cancel: the hole of a zero is what is left out
-    shape = MultiPolygon()
-    for loop in path.to_polygons():
-        shape = shape.symmetric_difference(Polygon(loop))
-    pieces = [shape] if isinstance(shape, Polygon) else list(shape.geoms)
-    mesh = joined([flat_mesh(piece) for piece in pieces])
-    mesh.apply_translation(-mesh.bounds.mean(axis=0))
-    return mesh.apply_transform(np.diag([size / 100, size / 100, 1, 1]))
-
-
-def _with_player(text: str, plan: ContactPlan, scene: PlanScene, colors: dict[str, str]) -> str:
-    """The snapshot of k3d with our title, policy and player in it."""
+def _with_player(
+    text: str, plan: ContactPlan, geometry: PlanGeometry, colors: dict[str, str]
+) -> str:
+    """Return the snapshot of k3d with title, content security policy and player added."""
     data = {
         "threshold": plan.request.robustness_threshold,
         "robustness": [state.robustness for state in plan.states],
         "contacts": [[c.limb for c in state.contacts] for state in plan.states],
-        "roots": scene.roots.round(4).tolist(),
+        "roots": geometry.roots.round(4).tolist(),
         "colors": colors,
     }
     name = (
@@ -232,7 +196,7 @@ def _with_player(text: str, plan: ContactPlan, scene: PlanScene, colors: dict[st
         else plan.robot.name
     )
     player = (files("rbprm_core.view") / "player.html").read_text(encoding="utf-8")
-    # "<" would let a name of the plan end the script element
+    # without "<" a name in the plan cannot end the script element
     player = player.replace("[PLAN]", json.dumps(data).replace("<", "\\u003c"))
     player = player.replace("[NAME]", html.escape(name))
     head, _, body = text.partition("<head>")

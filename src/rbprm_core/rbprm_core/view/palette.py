@@ -1,4 +1,4 @@
-"""Colours that the page and the picture share, told apart by colour-blind eyes too (Okabe, Ito)."""
+"""Colours of page, picture and markers; limb colours suit colour-blind readers (Okabe and Ito)."""
 
 from __future__ import annotations
 
@@ -12,5 +12,9 @@ BAD = "#c0202a"
 
 
 def limb_colors(limbs: tuple[str, ...]) -> dict[str, str]:
-    """A colour for each limb, in turn."""
+    """Return a colour for each limb.
+
+    Args:
+        limbs: names of the limbs.
+    """
     return {limb: LIMBS[i % len(LIMBS)] for i, limb in enumerate(limbs)}

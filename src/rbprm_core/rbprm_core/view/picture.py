@@ -1,83 +1,53 @@
-"""One PNG that shows a plan at a glance: from above, from the side, and its robustness."""
+"""A picture of a plan: from above, from the side, and the robustness of its states."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import trimesh
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import PolyCollection
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.errors import InvalidInput
 from rbprm_core.plan_record import ContactPlan
-from rbprm_core.view.meshes import sharp_edges, thinned
-from rbprm_core.view.palette import BAD, BODY, GROUND, GROUND_EDGE, GUIDE, INK, limb_colors
-from rbprm_core.view.scene import PlanScene, make_scene
-
-Array = NDArray[np.float64]
+from rbprm_core.view.mesh_operations import thinned
+from rbprm_core.view.palette import BAD, BODY, GROUND_EDGE, GUIDE, INK, limb_colors
+from rbprm_core.view.picture_views import View, above_and_side, draw_environment, draw_mesh
+from rbprm_core.view.plan_geometry import PlanGeometry, load_plan_geometry
 
 WIDTH = 12.0  # inches of the figure
-TALLEST = 11.0  # inches of the two views together
-DOTS = 120  # per inch
-MARGIN = 0.7  # metres shown around the way
+MAX_VIEWS_HEIGHT = 11.0  # inches of the two views together
+DOTS_PER_INCH = 120
+MARGIN = 0.7  # metres shown around the path
 SILHOUETTES = 5  # states in which the robot is drawn, at most
-SPACING = 0.9  # metres of way from one silhouette to the next, at least
-EDGE_AHEAD = 0.02  # metres that an edge counts as nearer than it is
-COARSE_LINK = 1_000  # triangles; a link with more is thinned to the centimetre
-LIGHT = np.array([-0.35, 0.45, 0.82])  # towards the light: right, up, to the reader
-
-
-@dataclass(frozen=True, eq=False)
-class View:
-    """A parallel projection.
-
-    Attributes:
-        axes: indices of the coordinates drawn to the right and up the page.
-        to_reader: (3,) unit vector from the scene to the reader.
-        flip: whether the upward coordinate falls up the page, so that nothing is mirrored.
-    """
-
-    axes: tuple[int, int]
-    to_reader: Array
-    flip: bool = False
-
-    @property
-    def labels(self) -> tuple[str, str]:
-        """Labels of the two axes."""
-        right, up = self.axes
-        return f"{'xyz'[right]} [m]", f"{'xyz'[up]} [m]"
-
-    @property
-    def light(self) -> Array:
-        """(3,) unit vector to the light in the planning frame."""
-        right, up = np.eye(3)[list(self.axes)]
-        up = -up if self.flip else up
-        direction: Array = LIGHT[0] * right + LIGHT[1] * up + LIGHT[2] * self.to_reader
-        return direction / float(np.linalg.norm(direction))
+MIN_SPACING = 0.9  # metres of path from one silhouette to the next
+COARSE_LINK = 1_000  # triangles; meshes of links with more are thinned to the centimetre
 
 
 def write_picture(plan: ContactPlan, path: str | Path) -> None:
     """Write a PNG: footholds from above, the robot from the side, robustness over the states.
 
+    Args:
+        plan: plan to show.
+        path: path of the PNG file.
+
     Raises:
-        InvalidInput: the plan cannot be shown (see `make_scene`) or the file cannot be written.
+        InvalidInput: the plan cannot be shown (see `load_plan_geometry`), or the file cannot be
+            written.
     """
-    scene = make_scene(plan)
-    low, high = _window(scene)
-    above, side = _views(high - low)
+    geometry = load_plan_geometry(plan)
+    low, high = _window(geometry)
+    above, side = above_and_side(high - low)
     figure, panels = _layout((high - low)[[*above.axes, 2]])
-    ground = _cropped(scene.environment, low, high)
-    colors = limb_colors(scene.limbs)
-    _draw_above(panels[0], scene, ground, above, colors)
-    _draw_side(panels[1], scene, ground, side, colors)
+    ground = _cropped(geometry.environment, low, high)
+    colors = limb_colors(geometry.limbs)
+    _draw_above(panels[0], geometry, ground, above, colors)
+    _draw_side(panels[1], geometry, ground, side, colors)
     _frame(panels[0], above, low, high)
     _frame(panels[1], side, low, high)
     _draw_robustness(panels[2], plan)
@@ -88,39 +58,35 @@ def write_picture(plan: ContactPlan, path: str | Path) -> None:
         raise InvalidInput("out", str(path), f"cannot be written: {error.strerror}") from error
 
 
-def _views(extent: Array) -> tuple[View, View]:
-    """From above and from the side; the longer side of the way runs across the page."""
-    up = np.array([0, 0, 1.0])
-    if extent[0] >= extent[1]:
-        return View((0, 1), up), View((0, 2), np.array([0, -1.0, 0]))
-    return View((1, 0), up, flip=True), View((1, 2), np.array([1.0, 0, 0]))
-
-
 def _layout(extent: Array) -> tuple[Figure, list[Axes]]:
-    """Three panels under each other for a scene so many metres wide, deep and tall."""
+    """Return a figure with three panels below each other.
+
+    Args:
+        extent: (3,) width, depth and height of what is shown, metres.
+    """
     wide, deep, tall = extent
-    # inches per metre: as wide as labels leave, unless a short way would make a long page
-    scale = min((WIDTH - 1.4) / wide, TALLEST / (deep + tall))
+    # inches per metre: the full width, unless a short path would make a long page
+    scale = min((WIDTH - 1.4) / wide, MAX_VIEWS_HEIGHT / (deep + tall))
     heights = [scale * deep, scale * tall, 1.5]
-    figure = Figure(figsize=(WIDTH, sum(heights) + 2.6), dpi=DOTS, layout="constrained")
+    figure = Figure(figsize=(WIDTH, sum(heights) + 2.6), dpi=DOTS_PER_INCH, layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(3, 1, gridspec_kw={"height_ratios": heights})
     return figure, list(panels)
 
 
-def _window(scene: PlanScene) -> tuple[Array, Array]:
-    """Lowest and highest corner of what is shown, metres: the way with a margin, the robot too."""
-    bodies = scene.placements(scene.configurations)[:, :, :3, 3].reshape(-1, 3)
-    marks = np.array([mark.position for mark in scene.footprints]).reshape(-1, 3)
-    points = np.vstack((bodies, marks, scene.guide))
-    size = min(1.0, float(np.ptp(points, axis=0).max()))  # less for what is small, as a hand is
+def _window(geometry: PlanGeometry) -> tuple[Array, Array]:
+    """Return the lowest and highest corner of what is shown, metres: path, robot and a margin."""
+    bodies = geometry.placements(geometry.configurations)[:, :, :3, 3].reshape(-1, 3)
+    marks = np.array([mark.position for mark in geometry.footprints]).reshape(-1, 3)
+    points = np.vstack((bodies, marks, geometry.guide))
+    size = min(1.0, float(np.ptp(points, axis=0).max()))  # less for small robots, such as a hand
     low: Array = points.min(axis=0) - size * np.array([MARGIN, MARGIN, 0.15])
     high: Array = points.max(axis=0) + size * np.array([MARGIN, MARGIN, 0.4])
     return low, high
 
 
 def _cropped(mesh: trimesh.Trimesh, low: Array, high: Array) -> trimesh.Trimesh:
-    """The triangles whose boxes reach into a window; of its height, all."""
+    """Return the triangles whose bounding boxes meet a window, whatever their height."""
     if mesh.is_empty:
         return mesh
     corners = mesh.triangles[:, :, :2]
@@ -131,53 +97,11 @@ def _cropped(mesh: trimesh.Trimesh, low: Array, high: Array) -> trimesh.Trimesh:
     return copy
 
 
-def _shades(mesh: trimesh.Trimesh, view: View, color: str) -> Array:
-    """(k, 3) colours of the triangles under the light of the view."""
-    # a mesh may be inside out or open: light what is seen
-    facing = np.where(mesh.face_normals @ view.to_reader < 0, -1.0, 1.0)
-    bright = 0.5 + 0.58 * np.clip(facing * (mesh.face_normals @ view.light), 0, 1)
-    shades: Array = bright[:, None] * np.array(to_rgb(color))
-    return shades
-
-
-def _draw_mesh(axes: Axes, mesh: trimesh.Trimesh, view: View, color: str, order: float) -> None:
-    """Shaded triangles, the farthest first."""
-    far_first = np.argsort(mesh.triangles_center @ view.to_reader)
-    shades = np.clip(_shades(mesh, view, color), 0, 1)[far_first]
-    flat = mesh.triangles[far_first][:, :, list(view.axes)]
-    axes.add_collection(
-        PolyCollection(flat, facecolors=shades, edgecolors=shades, linewidths=0.3, zorder=order)
-    )
-
-
-def _draw_ground(axes: Axes, ground: trimesh.Trimesh, view: View) -> None:
-    """Triangles and sharp edges together, the farthest first, so that what is behind is hidden."""
-    if ground.is_empty:
+def _draw_guide(axes: Axes, geometry: PlanGeometry, view: View, order: float) -> None:
+    """Draw the guide path with its start and goal."""
+    if not len(geometry.guide):
         return
-    edges = sharp_edges(ground)
-    depths = ground.triangles_center @ view.to_reader
-    nearness = (depths - depths.min()) / max(np.ptp(depths), 1e-9)
-    shades = _shades(ground, view, GROUND) * (0.9 + 0.16 * nearness)[:, None]
-    outlines = np.vstack((shades.clip(0, 1), np.tile(to_rgb(GROUND_EDGE), (len(edges), 1))))
-    flat = [*ground.triangles[:, :, list(view.axes)], *edges[:, :, list(view.axes)]]
-    # an edge goes right after the triangles that it bounds
-    depths = np.concatenate((depths, edges.mean(axis=1) @ view.to_reader + EDGE_AHEAD))
-    far_first = np.argsort(depths)
-    axes.add_collection(
-        PolyCollection(
-            [flat[i] for i in far_first],
-            facecolors=outlines[far_first],
-            edgecolors=outlines[far_first],
-            linewidths=0.6,
-            zorder=1,
-        )
-    )
-
-
-def _draw_guide(axes: Axes, scene: PlanScene, view: View, order: float) -> None:
-    if not len(scene.guide):
-        return
-    x, y = scene.guide[:, list(view.axes)].T
+    x, y = geometry.guide[:, list(view.axes)].T
     halo = [withStroke(linewidth=3, foreground="white")]
     axes.plot(x, y, color=GUIDE, linewidth=1.5, dashes=(5, 2), path_effects=halo, zorder=order)
     axes.plot(x[:1], y[:1], "o", color=GUIDE, markersize=7, zorder=order)
@@ -185,14 +109,14 @@ def _draw_guide(axes: Axes, scene: PlanScene, view: View, order: float) -> None:
 
 
 def _draw_above(
-    axes: Axes, scene: PlanScene, ground: trimesh.Trimesh, view: View, colors: dict[str, str]
+    axes: Axes, geometry: PlanGeometry, ground: trimesh.Trimesh, view: View, colors: dict[str, str]
 ) -> None:
-    """Ground, guide and the footholds of each limb joined in their order."""
-    _draw_ground(axes, ground, view)
-    _draw_guide(axes, scene, view, 3)
+    """Draw environment, guide and the footholds of each limb, joined in their order."""
+    draw_environment(axes, ground, view)
+    _draw_guide(axes, geometry, view, 3)
     around = [withStroke(linewidth=2.2, foreground="white")]
     for i, (limb, color) in enumerate(colors.items()):
-        marks = [mark for mark in scene.footprints if mark.limb == limb]
+        marks = [mark for mark in geometry.footprints if mark.limb == limb]
         x, y = np.array([mark.position for mark in marks])[:, list(view.axes)].T
         axes.plot(x, y, color=color, linewidth=1.3, alpha=0.8, zorder=4)
         for mark in marks:
@@ -203,7 +127,7 @@ def _draw_above(
             axes.annotate(
                 str(mark.state),
                 (u, v),
-                # limbs step into each other's prints: their numbers go to different sides
+                # footholds of two limbs may coincide: their numbers go to different sides
                 xytext=(0, -10 if i % 2 else 10),
                 textcoords="offset points",
                 ha="center",
@@ -217,23 +141,23 @@ def _draw_above(
 
 
 def _draw_side(
-    axes: Axes, scene: PlanScene, ground: trimesh.Trimesh, view: View, colors: dict[str, str]
+    axes: Axes, geometry: PlanGeometry, ground: trimesh.Trimesh, view: View, colors: dict[str, str]
 ) -> None:
-    """Ground, the robot in a few states and all footholds."""
-    _draw_ground(axes, ground, view)
-    _draw_guide(axes, scene, view, 4)
+    """Draw environment, guide, the robot in a few states and all footholds."""
+    draw_environment(axes, ground, view)
+    _draw_guide(axes, geometry, view, 4)
     links = [
         thinned(link.mesh, digits=2) if len(link.mesh.faces) > COARSE_LINK else link.mesh
-        for link in scene.links
+        for link in geometry.links
     ]
-    shown = _spread(scene.roots)
+    shown = _spread(geometry.roots)
     for order, (state, frames) in enumerate(
-        zip(shown, scene.placements(scene.configurations[shown]), strict=True)
+        zip(shown, geometry.placements(geometry.configurations[shown]), strict=True)
     ):
-        top = _draw_robot(axes, scene, links, frames, view, colors, 3 + 0.1 * order)
-        across = scene.roots[state][view.axes[0]]
+        top = _draw_robot(axes, geometry, links, frames, view, colors, 3 + 0.1 * order)
+        across = geometry.roots[state][view.axes[0]]
         axes.annotate(f"state {state}", (across, top + 0.04), ha="center", fontsize=9, color=INK)
-    for mark in scene.footprints:
+    for mark in geometry.footprints:
         u, v = mark.position[list(view.axes)]
         axes.plot(u, v, "o", color=colors[mark.limb], markersize=4, markeredgecolor="white",
                   markeredgewidth=0.6, zorder=5)  # fmt: skip
@@ -242,32 +166,32 @@ def _draw_side(
 
 def _draw_robot(
     axes: Axes,
-    scene: PlanScene,
+    geometry: PlanGeometry,
     links: list[trimesh.Trimesh],
     frames: Array,
     view: View,
     colors: dict[str, str],
     order: float,
 ) -> float:
-    """One state, the farther links first; returns its highest z in metres."""
+    """Draw the robot in one state, the farther links first; return its greatest z, metres."""
     depths = frames[:, :3, 3] @ view.to_reader
     ranks = np.argsort(np.argsort(depths)) / len(links)
     placed = [mesh.copy().apply_transform(frame) for mesh, frame in zip(links, frames, strict=True)]
-    for link, mesh, rank in zip(scene.links, placed, ranks, strict=True):
-        _draw_mesh(axes, mesh, view, colors.get(link.limb, BODY), order + 0.09 * rank)
+    for link, mesh, rank in zip(geometry.links, placed, ranks, strict=True):
+        draw_mesh(axes, mesh, view, colors.get(link.limb, BODY), order + 0.09 * rank)
     return max(float(mesh.bounds[1, 2]) for mesh in placed)
 
 
 def _spread(roots: Array) -> list[int]:
-    """States evenly along the way, first and last among them."""
-    way = np.concatenate(([0], np.cumsum(np.linalg.norm(np.diff(roots, axis=0), axis=1))))
-    count = int(np.clip(way[-1] // SPACING + 1, 1, SILHOUETTES))
-    stops = np.linspace(0, way[-1], max(count, 2))
-    return sorted({int(np.abs(way - stop).argmin()) for stop in stops})
+    """Return indices of states spread evenly along the path, the first and the last included."""
+    path = np.concatenate(([0], np.cumsum(np.linalg.norm(np.diff(roots, axis=0), axis=1))))
+    count = int(np.clip(path[-1] // MIN_SPACING + 1, 1, SILHOUETTES))
+    stops = np.linspace(0, path[-1], max(count, 2))
+    return sorted({int(np.abs(path - stop).argmin()) for stop in stops})
 
 
 def _frame(axes: Axes, view: View, low: Array, high: Array) -> None:
-    """Limits, equal scales and labels."""
+    """Set limits, equal scales and labels."""
     right, up = view.axes
     axes.set_aspect("equal")
     axes.set_xlim(low[right], high[right])
@@ -281,7 +205,7 @@ def _frame(axes: Axes, view: View, low: Array, high: Array) -> None:
 
 
 def _draw_robustness(axes: Axes, plan: ContactPlan) -> None:
-    """Bars of b0, those under the threshold red."""
+    """Draw a bar of b0 for each state, in red below the threshold."""
     b0 = np.array([state.robustness for state in plan.states])
     threshold = plan.request.robustness_threshold
     colors = [BAD if value < threshold else "#9fb3c8" for value in b0]
@@ -299,11 +223,11 @@ def _draw_robustness(axes: Axes, plan: ContactPlan) -> None:
     axes.set_xlabel("state")
     axes.set_ylabel("b0 [N]")
     axes.spines[["top", "right"]].set_visible(False)
-    axes.set_title(f"Robustness of each state (least: {b0.min():.3g} N)", loc="left")
+    axes.set_title(f"Robustness of each state (minimum: {b0.min():.3g} N)", loc="left")
 
 
 def _caption(figure: Figure, plan: ContactPlan, colors: dict[str, str]) -> None:
-    """Title and legend."""
+    """Add title and legend."""
     where = f" on {plan.environment.name}" if plan.environment.name else ""
     figure.suptitle(
         f"{plan.robot.name}{where}: {len(plan.states)} states", fontsize=15, fontweight="bold"

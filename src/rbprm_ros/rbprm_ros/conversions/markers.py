@@ -16,8 +16,9 @@ from visualization_msgs.msg import Marker, MarkerArray
 from rbprm_core.plan_record import ContactPlan
 from rbprm_core.resources import find_resource
 from rbprm_core.scene.triangles import fan_triangles
+from rbprm_core.view.footprints import Footprint, footprints
 from rbprm_core.view.palette import BAD, BODY, GROUND, GUIDE, INK, limb_colors
-from rbprm_core.view.scene import Footprint, configurations, footprints
+from rbprm_core.view.plan_geometry import configurations
 from rbprm_ros.conversions.meshes import areas
 from rbprm_ros.environment.snapshot import Snapshot
 

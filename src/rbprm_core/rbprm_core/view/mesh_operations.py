@@ -1,4 +1,4 @@
-"""Small operations on triangle meshes that the page and the picture share. Metres."""
+"""Operations on triangle meshes that the page and the picture share, in metres."""
 
 from __future__ import annotations
 
@@ -7,22 +7,27 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 import trimesh
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from rbprm_core.arrays import Array
 
-SHARP_EDGE = np.deg2rad(12)  # a flatter edge between triangles is not worth a line
+SHARP_EDGE = np.deg2rad(12)  # radians between triangles; flatter edges are not drawn
 
 
 def joined(meshes: Sequence[trimesh.Trimesh]) -> trimesh.Trimesh:
-    """One mesh of many; an empty one of none."""
+    """Return many meshes as one, which is empty if there are none."""
     whole = trimesh.util.concatenate(list(meshes)) if meshes else trimesh.Trimesh()
-    assert isinstance(whole, trimesh.Trimesh)  # what trimesh makes of meshes only
+    assert isinstance(whole, trimesh.Trimesh)  # the type that trimesh returns for meshes only
     return whole
 
 
 def thinned(mesh: trimesh.Trimesh, digits: int) -> trimesh.Trimesh:
-    """A copy with vertices merged that agree to so many decimals of a metre."""
+    """Return a copy of a mesh with vertices merged that agree after rounding.
+
+    Args:
+        mesh: mesh, metres.
+        digits: number of decimals to which coordinates are rounded.
+    """
     copy = mesh.copy()
     copy.merge_vertices(digits_vertex=digits)
     copy.update_faces(copy.unique_faces() & copy.nondegenerate_faces())
@@ -31,7 +36,7 @@ def thinned(mesh: trimesh.Trimesh, digits: int) -> trimesh.Trimesh:
 
 
 def sharp_edges(mesh: trimesh.Trimesh) -> Array:
-    """(k, 2, 3) segments where a mesh ends or bends: the lines that a draughtsman draws."""
+    """Return the segments (k, 2, 3) where a mesh ends or has a sharp edge, metres."""
     bends = mesh.face_adjacency_edges[mesh.face_adjacency_angles > SHARP_EDGE]
     edges, counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
     segments: Array = np.array(mesh.vertices)[np.vstack((bends, edges[counts == 1]))]
@@ -39,7 +44,7 @@ def sharp_edges(mesh: trimesh.Trimesh) -> Array:
 
 
 def flat_mesh(polygon: shapely.Polygon) -> trimesh.Trimesh:
-    """Triangles of a polygon with holes in the plane z = 0, seen from above."""
+    """Return a polygon with holes as triangles in the plane z = 0 that face upwards."""
     points, faces = trimesh.creation.triangulate_polygon(polygon, engine="earcut")
     mesh = trimesh.Trimesh(np.column_stack((points, np.zeros(len(points)))), faces)
     if mesh.face_normals[:, 2].sum() < 0:
@@ -48,7 +53,14 @@ def flat_mesh(polygon: shapely.Polygon) -> trimesh.Trimesh:
 
 
 def frame_on(position: ArrayLike, normal: Array, along: ArrayLike = (1.0, 0.0, 0.0)) -> Array:
-    """(4, 4) frame on a plane: z along the unit normal, x as far as can be along a direction."""
+    """Return a frame (4, 4) on a plane with its z axis along the normal.
+
+    Args:
+        position: (3,) origin of the frame, metres.
+        normal: (3,) unit normal of the plane.
+        along: (3,) direction whose projection on the plane is the x axis; any x axis is taken if it
+            is along the normal.
+    """
     x = np.asarray(along, dtype=float)
     x = x - (x @ normal) * normal
     if np.linalg.norm(x) < 1e-6 * np.linalg.norm(along):

@@ -1,4 +1,4 @@
-"""The robot's visual geometry: one mesh for each joint that carries some. Metres."""
+"""The robot's visual geometry as one mesh for each joint, in metres."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ import trimesh
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.resources import share_folders
-from rbprm_core.view.meshes import joined
+from rbprm_core.view.mesh_operations import joined
 
 
 @dataclass(frozen=True, eq=False)
-class Link:
-    """All that is rigidly attached to one joint.
+class LinkMesh:
+    """The visual geometry of all links that are rigidly attached to one joint.
 
     Attributes:
         joint: index of the joint in the pinocchio model.
-        mesh: its visual geometry in the joint's frame.
-        limb: the limb that makes contact with it, "" for the rest of the body.
+        mesh: visual geometry, metres, in the frame of the joint.
+        limb: name of the limb that makes contact with these links, "" if none does.
     """
 
     joint: int
@@ -29,13 +29,13 @@ class Link:
     limb: str
 
 
-def read_links(model: pin.Model, urdf: str, tips: dict[int, str]) -> tuple[Link, ...]:
-    """Visual geometry of a URDF by joint.
+def load_link_meshes(model: pin.Model, urdf: str, limbs: dict[int, str]) -> tuple[LinkMesh, ...]:
+    """Return the visual geometry of a URDF, one mesh for each joint that has some.
 
     Args:
-        model: built from the same file.
-        urdf: its absolute path.
-        tips: names of the limbs that make contact, by the joint that carries the contact frame.
+        model: model with a floating base, built from the same URDF.
+        urdf: absolute path of the URDF.
+        limbs: name of the limb that makes contact with the links of a joint, by index of the joint.
 
     Raises:
         InvalidInput: a mesh is missing or unreadable.
@@ -50,7 +50,7 @@ def read_links(model: pin.Model, urdf: str, tips: dict[int, str]) -> tuple[Link,
     read: dict[tuple[str, tuple[float, ...]], trimesh.Trimesh] = {}
     parts: dict[int, list[trimesh.Trimesh]] = {}
     for item in geometry.geometryObjects:
-        # the legs share their meshes: each file is taken over once
+        # legs share their meshes: each file is converted once
         key = (item.meshPath, tuple(item.meshScale))
         primitive = not isinstance(item.geometry, coal.BVHModelBase)
         mesh = _as_mesh(item.geometry) if primitive or key not in read else read[key]
@@ -59,12 +59,13 @@ def read_links(model: pin.Model, urdf: str, tips: dict[int, str]) -> tuple[Link,
         placed = mesh.copy().apply_transform(item.placement.homogeneous)
         parts.setdefault(item.parentJoint, []).append(placed)
     return tuple(
-        Link(joint, joined(meshes), tips.get(joint, "")) for joint, meshes in sorted(parts.items())
+        LinkMesh(joint, joined(meshes), limbs.get(joint, ""))
+        for joint, meshes in sorted(parts.items())
     )
 
 
 def _as_mesh(shape: coal.CollisionGeometry) -> trimesh.Trimesh:
-    """Triangles of a shape in its own frame, metres; nothing for a shape of another kind."""
+    """Return a shape as triangles in its own frame, metres; none for an unsupported shape."""
     mesh = trimesh.Trimesh()
     match shape:
         case coal.BVHModelBase():
@@ -78,6 +79,6 @@ def _as_mesh(shape: coal.CollisionGeometry) -> trimesh.Trimesh:
         case coal.Cylinder():
             mesh = trimesh.creation.cylinder(shape.radius, 2 * shape.halfLength, sections=32)
         case coal.Capsule():
-            # trimesh too centres a capsule on its frame and counts its height without the caps
+            # trimesh too centres a capsule on its frame and measures its height without the caps
             mesh = trimesh.creation.capsule(2 * shape.halfLength, shape.radius, count=[16, 16])
     return mesh
