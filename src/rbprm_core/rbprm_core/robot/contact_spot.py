@@ -68,29 +68,29 @@ class ContactSpot:
         return np.asarray(position + self.radius * rotation[:, 2])
 
 
-def make_spot(model: pin.Model, text: LimbDescription) -> ContactSpot:
+def make_spot(model: pin.Model, description: LimbDescription) -> ContactSpot:
     """The contact spot of a limb's effector.
 
     Args:
         model: kinematic model of the robot.
-        text: description of the limb.
+        description: the limb's description.
 
     Raises:
         InvalidInput: an unknown frame, or a contact frame that cannot be used.
     """
-    if not model.existFrame(text.effector):
+    if not model.existFrame(description.effector):
         known = ", ".join(f.name for f in model.frames if f.type == pin.FrameType.BODY)
-        field = f"limbs.{text.name}.effector"
-        raise InvalidInput(field, text.effector, f"unknown frame; links: {known}")
-    frame, placement = model.getFrameId(text.effector), _placement(text)
-    contact = text.contact
+        field = f"limbs.{description.name}.effector"
+        raise InvalidInput(field, description.effector, f"unknown frame; links: {known}")
+    frame, placement = model.getFrameId(description.effector), _placement(description)
+    contact = description.contact
     if isinstance(contact, PointContact):
         radius, half_size, min_cosine = contact.radius, None, float(np.cos(contact.angle))
     else:
         radius, half_size, min_cosine = 0.0, np.array(contact.half_size), -1.0
     return ContactSpot(
-        name=text.effector,
-        frame_name=text.effector,
+        name=description.effector,
+        frame_name=description.effector,
         frame=frame,
         placement=placement,
         radius=radius,
@@ -99,13 +99,15 @@ def make_spot(model: pin.Model, text: LimbDescription) -> ContactSpot:
     )
 
 
-def _placement(text: LimbDescription) -> pin.SE3:
+def _placement(description: LimbDescription) -> pin.SE3:
     """Placement of the contact frame in the effector frame."""
-    field = f"limbs.{text.name}.contact"
-    if isinstance(text.contact, PointContact):
-        axis = np.array(text.contact.axis)
+    field = f"limbs.{description.name}.contact"
+    if isinstance(description.contact, PointContact):
+        axis = np.array(description.contact.axis)
         if not axis.any():
-            raise InvalidInput(f"{field}.axis", text.contact.axis, "must not be zero")
+            raise InvalidInput(f"{field}.axis", description.contact.axis, "must not be zero")
         turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), -axis).matrix()
-        return pin.SE3(turn, np.array(text.contact.center))
-    return Placement.parse(text.contact.position, text.contact.orientation, field).transform
+        return pin.SE3(turn, np.array(description.contact.center))
+    return Placement.parse(
+        description.contact.position, description.contact.orientation, field
+    ).transform

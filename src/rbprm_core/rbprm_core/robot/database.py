@@ -23,7 +23,8 @@ class LimbDatabase:
 
     The limb's base frame is the frame of all positions. With $\dot{p} = J(q) \dot{q}$ the velocity
     of the contact frame's origin (Tonneau et al. 2018, equation 10), the manipulability of a sample
-    is $h_w = \sqrt{\det(J J^T)}$ (Yoshikawa 1985; equation 17).
+    is $h_w = \sqrt{\det(J J^T)}$ (Yoshikawa 1985; Tonneau et al. 2018,
+    equation 17).
 
     Args:
         joints: (m, n) valid configurations of the limb, radians or metres.

@@ -127,13 +127,13 @@ class Limb:
 
 
 def make_limb(
-    model: pin.Model, text: LimbDescription, low: Array, high: Array, reference: Array
+    model: pin.Model, description: LimbDescription, low: Array, high: Array, reference: Array
 ) -> Limb:
     """A limb from its description, with all names looked up in the robot's model.
 
     Args:
         model: kinematic model of the robot.
-        text: description of the limb.
+        description: the limb's description.
         low: (nq,) lower limits of the configuration.
         high: (nq,) upper limits of the configuration.
         reference: (nq,) reference posture.
@@ -141,16 +141,16 @@ def make_limb(
     Raises:
         InvalidInput: an unknown joint or frame, or joints that the planner does not support.
     """
-    if not model.existJointName(text.first_joint):
+    if not model.existJointName(description.first_joint):
         known = ", ".join(model.names[2:])
-        field = f"limbs.{text.name}.first_joint"
-        raise InvalidInput(field, text.first_joint, f"unknown; known: {known}")
-    spot = make_spot(model, text)
-    joints = _joints_between(model, model.getJointId(text.first_joint), spot.frame)
+        field = f"limbs.{description.name}.first_joint"
+        raise InvalidInput(field, description.first_joint, f"unknown; known: {known}")
+    spot = make_spot(model, description)
+    joints = _joints_between(model, model.getJointId(description.first_joint), spot.frame)
     base = model.parents[joints[0]]
     ids, q_index = np.array(joints), np.array([model.joints[j].idx_q for j in joints])
     return Limb(
-        name=text.name,
+        name=description.name,
         base=base,
         joints=ids,
         q_index=q_index,
@@ -158,10 +158,10 @@ def make_limb(
         high=high[q_index],
         spots=(spot,),
         kinematics=LimbKinematics(model, reference, base, ids, spot.frame, spot.placement),
-        surfaces=text.surfaces,
-        root_pitch=text.root_pitch,
-        heuristics=dict(text.heuristics),
-        samples=text.samples,
+        surfaces=description.surfaces,
+        root_pitch=description.root_pitch,
+        heuristics=dict(description.heuristics),
+        samples=description.samples,
     )
 
 

@@ -107,7 +107,7 @@ class Robot:
         model = _read_model(description)
         low, high = _limits(model, description)
         reference = _reference(model, description, low, high)
-        limbs = tuple(make_limb(model, text, low, high, reference) for text in description.limbs)
+        limbs = tuple(make_limb(model, limb, low, high, reference) for limb in description.limbs)
         root_joints = _root_joints(model, description, limbs)
         root_index = [*range(7), *(model.joints[j].idx_q for j in root_joints)]
         return Robot(
