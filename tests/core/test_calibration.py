@@ -82,7 +82,7 @@ def test_the_condition_is_right_on_flat_ground(
 def test_bounds_without_surfaces_are_bad_input(hyq_data: RobotData, rubble: Scenario) -> None:
     far = Scene([make_surface("f", [[50, 0, 0], [51, 0, 0], [51, 1, 0], [50, 1, 0]], 0.5)])
     request = rubble.request_for(hyq_data.robot, 0)
-    with pytest.raises(InvalidInput, match="leave no room"):
+    with pytest.raises(InvalidInput, match="contain no root"):
         calibrate(request, hyq_data, far, 1, 0)
 
 

@@ -138,7 +138,7 @@ def _inside(space: RootSpace, sampler: RootSampler, rng: np.random.Generator) ->
             if space.contains(root):
                 return np.asarray(root)
     bounds = [space.bounds.low.tolist(), space.bounds.high.tolist()]
-    raise InvalidInput("request.bounds", bounds, "leave no room over the surfaces")
+    raise InvalidInput("request.bounds", bounds, "contain no root over the surfaces")
 
 
 class _ContactSearch:

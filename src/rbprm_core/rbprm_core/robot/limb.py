@@ -176,5 +176,7 @@ def _joints_between(model: pin.Model, first: int, frame: int) -> list[int]:
     for joint in joints:
         if model.joints[joint].nq != 1:
             reason = f"joint type {model.joints[joint].shortname()} is not supported in a limb"
-            raise InvalidInput("joint", model.names[joint], f"{reason}: one bounded axis is")
+            raise InvalidInput(
+                "joint", model.names[joint], f"{reason}; it must have one bounded axis"
+            )
     return joints

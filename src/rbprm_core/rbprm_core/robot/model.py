@@ -157,7 +157,9 @@ def _joint(model: pin.Model, name: str, field: str) -> int:
         raise InvalidInput(field, name, f"unknown joint; known: {known}")
     joint = int(model.getJointId(name))
     if model.joints[joint].nq != 1:
-        reason = f"joint type {model.joints[joint].shortname()} is not supported: one axis is"
+        reason = (
+            f"joint type {model.joints[joint].shortname()} is not supported; it must have one axis"
+        )
         raise InvalidInput(field, name, reason)
     return joint
 
