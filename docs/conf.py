@@ -7,7 +7,8 @@ from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
-sys.path[:0] = [str(DOCS / "_extensions"), str(ROOT / "src" / "rbprm_core")]
+SOURCES = [str(ROOT / "src" / name) for name in ("rbprm_core", "rbprm_ros")]
+sys.path[:0] = [str(DOCS / "_extensions"), *SOURCES]
 
 project = "rbprm"
 author = "rbprm contributors"
@@ -36,6 +37,7 @@ pygments_style = "default"
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
 autodoc_type_aliases = {"Array": "Array"}
+autodoc_mock_imports = ["rclpy", "rbprm_msgs"]  # the client's page needs no ROS
 autodoc_preserve_defaults = True
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True

@@ -1,4 +1,4 @@
-"""One page of the API for each package of rbprm_core, and one for its single modules.
+"""Pages of the API: one for each package of rbprm_core, one for its single modules, and the client's.
 
 The pages are written into docs/api before the build, from the modules that there are.
 """
@@ -13,6 +13,7 @@ from pathlib import Path
 from sphinx.application import Sphinx
 
 PACKAGE = "rbprm_core"
+CLIENT = "rbprm_ros.client.planner_client"
 COMMANDS = f"{PACKAGE}.cli"  # the command line has its help
 
 
@@ -45,6 +46,7 @@ def _write(app: Sphinx) -> None:
         f"{name}.rst": page(f"{PACKAGE}.{name}" if name != "modules" else "Single modules", found)
         for name, found in modules().items()
     }
+    pages["client.rst"] = page("rbprm_ros.client", [CLIENT])
     entries = "\n".join(f"   {Path(name).stem}" for name in sorted(pages))
     pages["index.rst"] = f"API\n===\n\n.. toctree::\n\n{entries}\n"
     for stale in folder.glob("*.rst"):

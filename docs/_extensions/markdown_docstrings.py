@@ -41,6 +41,10 @@ def _translate(app: Sphinx, what: str, name: str, obj: Any, options: Any, lines:
         if re.search(r"[\x00-\x08\x0b-\x1f]", line):
             logger.warning("%s: a formula loses its backslashes; write r-strings", name)
         lines[number] = translated(line)
+    # Napoleon takes what precedes a colon in "Returns:" for the type; the first colon ends it.
+    for number, line in enumerate(lines[1:], 1):
+        if lines[number - 1].strip() in ("Returns:", "Yields:"):
+            lines[number] = re.sub(r"^(\s*)", r"\1: ", line)
 
 
 def _escape_types(
