@@ -9,7 +9,8 @@ it imports, so that imports only go down.
 from __future__ import annotations
 
 import ast
-from functools import cache
+from collections.abc import Iterator
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -36,9 +37,9 @@ def rooms() -> dict[str, set[str]]:
 
 
 def imported(path: Path) -> set[str]:
-    """Rooms of rbprm_core that a module imports."""
+    """Rooms of rbprm_core that a module imports when it runs."""
     found: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in run(ast.parse(path.read_text())):
         if isinstance(node, ast.ImportFrom) and node.module == PACKAGE.name:
             found.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -48,19 +49,29 @@ def imported(path: Path) -> set[str]:
     return found
 
 
+def run(node: ast.AST) -> Iterator[ast.AST]:
+    """All nodes of a module but those for type checkers alone."""
+    yield node
+    for child in ast.iter_child_nodes(node):
+        if not (isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING"):
+            yield from run(child)
+
+
 def is_own(module: str) -> bool:
     return module.startswith(f"{PACKAGE.name}.")
 
 
 def rows(uses: dict[str, set[str]]) -> list[list[str]]:
-    """Rooms by row, from the top; within a row by name."""
+    """Rooms by row, from the top; within a row by name.
 
-    @cache
-    def level(room: str) -> int:
-        return 1 + max((level(other) for other in uses[room]), default=-1)
-
-    highest = max(map(level, uses))
-    return [sorted(r for r in uses if level(r) == k) for k in range(highest, -1, -1)]
+    Raises:
+        graphlib.CycleError: rooms that import each other.
+    """
+    level: dict[str, int] = {}
+    for room in TopologicalSorter(uses).static_order():
+        level[room] = 1 + max((level[other] for other in uses[room]), default=-1)
+    highest = max(level.values())
+    return [sorted(room for room in uses if level[room] == k) for k in range(highest, -1, -1)]
 
 
 def drawing() -> str:

@@ -1,4 +1,5 @@
-"""Pages of the API: one for each package of rbprm_core, one for its single modules, and the client's.
+"""Pages of the API: one for each package of rbprm_core, one for its single modules, one for the
+client of the node.
 
 The pages are written into docs/api before the build, from the modules that there are.
 """
