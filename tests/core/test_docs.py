@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import runpy
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -222,3 +223,17 @@ def test_robots_in_commands_exist() -> None:
         if robot and not robot.isupper()
     }
     assert named <= {*known_robots()}
+
+
+def test_every_room_is_described() -> None:
+    text = (ROOT / "docs" / "architecture.md").read_text()
+    named = set(re.findall(r"`(\w+)`", text))
+    for folder in SOURCES.values():
+        rooms = {path.parent.name for path in folder.glob("*/__init__.py")}
+        assert rooms - named == set()
+
+
+def test_the_picture_of_the_rooms_is_up_to_date() -> None:
+    """`.venv/bin/python scripts/draw_architecture.py` draws it again."""
+    drawing = runpy.run_path(str(ROOT / "scripts" / "draw_architecture.py"))["drawing"]()
+    assert (ROOT / "docs" / "architecture.svg").read_text() == drawing
