@@ -36,6 +36,7 @@ TEXTS: dict[Cause, str] = {
         "{samples:.0f} samples did not connect start and goal; the roadmap has {nodes:.0f} nodes "
         "in {parts:.0f} parts"
     ),
+    Cause.NO_VALID_PATH: "none of {tried:.0f} paths from start to goal is valid",
     Cause.EXECUTED_STATE_INVALID: "state {state:.0f}, which the robot is in, is invalid",
     Cause.PROCESS_DIED: "the planning process ended without an answer",
 }

@@ -66,6 +66,8 @@ class Cause(IntEnum):
     """The trees from start and goal do not meet. Figures: samples, start_nodes, goal_nodes."""
     ROADMAP_NOT_CONNECTED = 81
     """The roadmap does not connect start and goal. Figures: samples, nodes, parts."""
+    NO_VALID_PATH = 82
+    """None of the paths tried is valid; for planners without samples. Figure: tried."""
 
     # Replanning, 100 to 119
     EXECUTED_STATE_INVALID = 100

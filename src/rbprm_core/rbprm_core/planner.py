@@ -31,7 +31,7 @@ from rbprm_core.errors import (
     TimeLimitReached,
 )
 from rbprm_core.guide.protocol import Guide, GuidePlanner, GuideProblem
-from rbprm_core.guide.registry import GUIDE_PLANNERS
+from rbprm_core.guide.registry import GUIDE_PLANNERS, guide_planner
 from rbprm_core.guide.roadmap import RoadmapStore
 from rbprm_core.guide.root_space import RootSpace
 from rbprm_core.outcome import Outcome
@@ -176,26 +176,25 @@ class _Pipeline:
         self._versions.update(HEURISTICS.versions(used))
 
     def _make_guide_planner(self) -> GuidePlanner:
-        request, name = self._request, self._request.stages.guide
-        make = GUIDE_PLANNERS.get(name, "stages.guide")
-        self._versions.update(GUIDE_PLANNERS.versions([name]))
-        return make(
-            GuideProblem(
-                data=self._data,
-                scene=self._scene,
-                start=self._start,
-                goal=self._goal,
-                space=self._space,
-                required_limbs=request.required_limbs,
-                gravity=request.gravity,
-                options=request.options.guide,
-                shortcuts=request.options.shortcuts,
-                settle=request.options.settle,
-                budget=self._budget,
-                roadmaps=self._roadmaps,
-                counters=self._guide_counters,
-            )
+        request, name = self._request, self._request.guide_planner
+        problem = GuideProblem(
+            data=self._data,
+            scene=self._scene,
+            start=self._start,
+            goal=self._goal,
+            space=self._space,
+            required_limbs=request.required_limbs,
+            gravity=request.gravity,
+            options=request.options.guide,
+            shortcuts=request.options.shortcuts,
+            settle=request.options.settle,
+            budget=self._budget,
+            roadmaps=self._roadmaps,
+            counters=self._guide_counters,
         )
+        planner = guide_planner(name, problem)
+        self._versions.update(GUIDE_PLANNERS.versions([name]))
+        return planner
 
     def _make_contact_planner(self) -> ContactPlanner:
         request, name = self._request, self._request.stages.contacts

@@ -129,6 +129,12 @@ class PlanRequest:
         """Minimum raw b0 of a state of the plan, newtons; see `accept_below_threshold`."""
         return 0.0 if self.options.generator.accept_below_threshold else self.robustness_threshold
 
+    @property
+    def guide_planner(self) -> str:
+        """Name of the guide planner: `stages.guide`; if default, `options.guide.planner`."""
+        chosen = self.stages.guide
+        return chosen if chosen != StageNames.guide else self.options.guide.planner
+
     def validated(self, limbs: Sequence[str]) -> PlanRequest:
         """The same request with every value checked, and with arrays and tuples where they belong.
 

@@ -11,12 +11,13 @@ from rbprm_core.budget import Budget
 from rbprm_core.errors import Cancelled
 from rbprm_core.failures import Cause, Failure
 from rbprm_core.guide.guide_options import GuideOptions
-from rbprm_core.guide.protocol import SHORTCUT, GuideProblem
+from rbprm_core.guide.protocol import GuideProblem
 from rbprm_core.guide.registry import GUIDE_PLANNERS
 from rbprm_core.guide.roadmap import RoadmapStore
 from rbprm_core.guide.root_space import RootBounds, RootSpace
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene, Surface, make_surface
+from rbprm_core.stages import Stage
 
 LEGS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
 GROUND = [[-4, -3, 0], [4, -3, 0], [4, 3, 0], [-4, 3, 0]]
@@ -53,7 +54,7 @@ def test_a_guide_is_shortened_and_settled(problem: Make, hyq_data: RobotData, na
     assert raw.guide.length > short.guide.length
     middle = settled.guide.root(settled.guide.length / 2)
     assert middle[2] == pytest.approx(hyq_data.height, abs=0.01)
-    assert whole.counters.seconds[SHORTCUT] > 0
+    assert whole.counters.seconds[Stage.SHORTCUT] > 0
     for guide in (raw.guide, short.guide, settled.guide):
         assert np.array_equal(guide.nodes[[0, -1]], [START, GOAL])
         assert np.array_equal(guide.root(0.0), START)

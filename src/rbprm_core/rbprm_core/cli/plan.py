@@ -14,7 +14,7 @@ from rbprm_core.budget import MIN_TIME_LIMIT, Budget
 from rbprm_core.check import CheckReport, check_plan, figures
 from rbprm_core.cli.progress import StageBars
 from rbprm_core.errors import InvalidInput
-from rbprm_core.guide.root.planners import PLANNERS
+from rbprm_core.guide.registry import GUIDE_PLANNERS
 from rbprm_core.option_names import warn_renamed
 from rbprm_core.plan_conversion.states_to_plan import contact_plan
 from rbprm_core.plan_record import ContactPlan
@@ -45,7 +45,7 @@ from rbprm_core.validation import finite_number
 )
 @click.option(
     "--guide",
-    type=click.Choice(sorted(PLANNERS)),
+    type=click.Choice(sorted(GUIDE_PLANNERS.names())),
     help="Guide planner; the scenario's by default.",
 )
 @click.option("--time-limit", type=float, help="Seconds; the scenario's by default.")

@@ -22,10 +22,6 @@ from rbprm_core.guide.root_space import RootSpace
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
 
-SHORTCUT = "shortcut"
-"""Name under which a guide planner accounts the seconds spent on shortening and settling guides
-(`GuideProblem.counters`); they are reported apart from those of the search."""
-
 
 class Guide(Protocol):
     """A path of the root from start to goal, parametrised by its arc length s.
@@ -83,7 +79,8 @@ class GuideProblem:
         budget: time limit and cancel flag, polled while the planner is built and in its
             feasibility tests.
         roadmaps: roadmaps that the caller keeps between requests; None where it keeps none.
-        counters: receives the seconds and counts of the planner's parts, see `SHORTCUT`.
+        counters: receives the seconds that the planner spends on shortening and settling guides,
+            under `Stage.SHORTCUT`; they are reported apart from those of the search.
     """
 
     data: RobotData

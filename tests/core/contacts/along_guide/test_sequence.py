@@ -179,8 +179,8 @@ def test_the_roots_follow_the_guide(steps: list[State]) -> None:
     along = [state.q[0] for state in steps]
     assert along == sorted(along)
     assert np.diff(along).max() <= SequenceOptions().step + 1e-9
-    marks = np.linspace(0, guide.length, 4000)
-    places = np.array([guide.at(mark) for mark in marks])
+    arc_lengths = np.linspace(0, guide.length, 4000)
+    places = np.array([guide.root(s) for s in arc_lengths])
     for state in steps:
         assert np.abs(places - state.q[:7]).max(axis=1).min() < 1e-3
 

@@ -11,13 +11,27 @@ import pytest
 
 from rbprm_core.arrays import Array
 from rbprm_core.budget import Budget
-from rbprm_core.guide.root import GuideOptions, GuidePath, RootBounds, shorten
-from rbprm_core.guide.root.planners import PLANNERS, make_search
+from rbprm_core.guide.root import (
+    GuidePath,
+    PrmOptions,
+    Roadmap,
+    RootBounds,
+    RootProblem,
+    RootSearch,
+    RrtOptions,
+    shorten,
+)
+from rbprm_core.guide.root.prm import PrmSearch
+from rbprm_core.guide.root.rrt import RrtSearch
 from rbprm_core.guide.root_space import RootSegment
 from rbprm_core.scenario import Scenario
 from rbprm_core.scene import Scene
 
 Make = Callable[..., Any]
+SEARCHES: dict[str, Callable[[RootProblem], RootSearch]] = {
+    "rrt": lambda problem: RrtSearch(problem, RrtOptions()),
+    "prm": lambda problem: PrmSearch(problem, Roadmap(), PrmOptions()),
+}
 DENSE = 2e-3  # m between the points of a guide that are tested again
 
 
@@ -30,7 +44,7 @@ def dense(path: GuidePath) -> Array:
     return np.concatenate(points)
 
 
-@pytest.mark.parametrize("planner", sorted(PLANNERS))
+@pytest.mark.parametrize("planner", sorted(SEARCHES))
 @pytest.mark.parametrize("seed", range(3))
 def test_a_finished_guide_keeps_bounds_and_clearance_everywhere(
     make_ground: Make, rubble: Scenario, rubble_scene: Scene, planner: str, seed: int
@@ -44,7 +58,7 @@ def test_a_finished_guide_keeps_bounds_and_clearance_everywhere(
         for x, turn in zip((-1.9, 2.5), turns, strict=True)
     )
     rng = np.random.default_rng(seed)
-    search = make_search(ground.problem(start, goal), GuideOptions(planner=planner))
+    search = SEARCHES[planner](ground.problem(start, goal))
     path, _ = search.find(Budget(), rng, direct=False)
     path = shorten(path, ground.edges, 60, Budget(), rng)
     path = ground.settler.settle(path, ground.edges, Budget())

@@ -11,8 +11,8 @@ import pytest
 from rbprm_core.budget import Budget
 from rbprm_core.check import check_plan
 from rbprm_core.errors import NoGuideFound
+from rbprm_core.guide.registry import GUIDE_PLANNERS
 from rbprm_core.guide.root import GuideOptions, RoadmapStore, RootBounds, RrtOptions
-from rbprm_core.guide.root.planners import PLANNERS
 from rbprm_core.outcome import Outcome
 from rbprm_core.placement import Placement
 from rbprm_core.plan_conversion.states_to_plan import contact_plan
@@ -61,7 +61,7 @@ def assert_valid(outcome: Outcome, data: RobotData, scene: Scene) -> None:
 
 
 def test_the_names_of_the_options_are_those_of_the_planners() -> None:
-    assert set(get_args(get_type_hints(GuideOptions)["planner"])) == PLANNERS.keys()
+    assert set(get_args(get_type_hints(GuideOptions)["planner"])) == set(GUIDE_PLANNERS.names())
 
 
 def test_plans_on_a_roadmap_fresh_and_kept(hyq_data: RobotData) -> None:

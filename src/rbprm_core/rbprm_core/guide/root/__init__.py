@@ -6,6 +6,7 @@ from rbprm_core.guide.root.edge import EdgeTest
 from rbprm_core.guide.root.path import GuidePath
 from rbprm_core.guide.root.reachability import Reachability
 from rbprm_core.guide.root.root_equilibrium import EquilibriumTest
+from rbprm_core.guide.root.root_planner import RootGuidePlanner
 from rbprm_core.guide.root.sampler import RootSampler
 from rbprm_core.guide.root.search import RootProblem, RootSearch
 from rbprm_core.guide.root.settle import Settler
@@ -22,6 +23,7 @@ __all__ = [
     "Roadmap",
     "RoadmapStore",
     "RootBounds",
+    "RootGuidePlanner",
     "RootProblem",
     "RootSampler",
     "RootSearch",

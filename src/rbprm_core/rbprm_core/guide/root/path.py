@@ -76,8 +76,6 @@ class GuidePath:
         """
         return None
 
-    at, at_all = root, roots
-
     @cached_property
     def _signs(self) -> Array:
         """(n - 1,) -1 for segments between quaternions of opposite sign, 1 for others."""

@@ -15,6 +15,7 @@ from rbprm_core.guide.roadmap import Roadmap
 from rbprm_core.guide.root.path import GuidePath
 from rbprm_core.guide.root.search import RootProblem, RootSearch
 from rbprm_core.guide.root_space import RootSegment, distance
+from rbprm_core.stages import Stage
 
 DETOUR_SAMPLES = 10  # samples tried for a detour
 DETOUR_FACTOR = 3.0  # maximum random factor on an edge's cost, when a different path is needed
@@ -59,7 +60,7 @@ class PrmSearch(RootSearch):
         iterations = self._options.iterations
         changed = True
         for i in range(iterations):
-            budget.check("guide", i / iterations)
+            budget.check(Stage.GUIDE, i / iterations)
             path = self._cheapest_path(*self._ends, budget, rng, factor) if changed else None
             if path is not None:
                 return path, len(self._roadmap)
@@ -98,7 +99,7 @@ class PrmSearch(RootSearch):
             return costs[i, j]
 
         while start in roadmap.nodes and goal in roadmap.nodes:
-            budget.check("guide")
+            budget.check(Stage.GUIDE)
             numbers = roadmap.shortest(start, goal, cost)
             if numbers is None:
                 return None

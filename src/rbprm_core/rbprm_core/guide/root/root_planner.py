@@ -13,7 +13,7 @@ import numpy as np
 from rbprm_core.arrays import Array
 from rbprm_core.budget import Budget
 from rbprm_core.failures import Failure
-from rbprm_core.guide.protocol import SHORTCUT, GuideProblem, GuideResult
+from rbprm_core.guide.protocol import GuideProblem, GuideResult
 from rbprm_core.guide.roadmap import Roadmap, roadmap_key
 from rbprm_core.guide.root.edge import EdgeTest
 from rbprm_core.guide.root.path import GuidePath
@@ -25,6 +25,7 @@ from rbprm_core.guide.root.sampler import RootSampler, effector_places
 from rbprm_core.guide.root.search import RootProblem, RootSearch
 from rbprm_core.guide.root.settle import Settler
 from rbprm_core.guide.root.shortcut import shorten
+from rbprm_core.stages import Stage
 
 
 class RootGuidePlanner:
@@ -58,7 +59,7 @@ class RootGuidePlanner:
     def find(self, budget: Budget, rng: np.random.Generator, *, direct: bool = True) -> GuideResult:
         """See `GuidePlanner.find`."""
         path, nodes = self._search.find(budget, rng, direct=direct)
-        with self._problem.counters.timed(SHORTCUT):
+        with self._problem.counters.timed(Stage.SHORTCUT):
             return GuideResult(self._finished(path, budget, rng), nodes)
 
     def avoid(self, root: Array, keep: tuple[Array, ...]) -> None:

@@ -13,6 +13,7 @@ from rbprm_core.guide.root.edge import EdgeTest
 from rbprm_core.guide.root.path import GuidePath
 from rbprm_core.guide.root.search import RootProblem, RootSearch
 from rbprm_core.guide.root_space import RootSegment, distance
+from rbprm_core.stages import Stage
 
 
 class Tree:
@@ -82,7 +83,7 @@ class RrtSearch(RootSearch):
         trees = (Tree(self._problem.start), Tree(self._problem.goal))
         iterations = self._options.iterations
         for i in range(iterations):
-            budget.check("guide", i / iterations)
+            budget.check(Stage.GUIDE, i / iterations)
             growing, other = trees if i % 2 == 0 else trees[::-1]
             straight = direct and i < 2
             target = other[0] if straight else self._problem.sampler.draw(rng)

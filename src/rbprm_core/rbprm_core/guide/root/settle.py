@@ -21,6 +21,7 @@ from rbprm_core.guide.root.terrain import Terrain
 from rbprm_core.robot.data import RobotData
 from rbprm_core.robot.limb import Limb
 from rbprm_core.scene import Scene
+from rbprm_core.stages import Stage
 
 SPACING = 0.1  # m between the roots that are moved
 SMOOTHING = 3  # number of roots on either side over which moves are averaged
@@ -75,7 +76,7 @@ class Settler:
             settled = roots.copy()
             settled[:, :3] += moves
             for k in np.flatnonzero(~valid):
-                budget.check("shortcut", i / PASSES)
+                budget.check(Stage.SHORTCUT, i / PASSES)
                 valid[k] = edges.holds(settled[k], settled[k + 1])
             if valid.all():
                 return GuidePath(settled)

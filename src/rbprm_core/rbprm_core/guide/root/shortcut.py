@@ -8,6 +8,7 @@ from rbprm_core.budget import Budget
 from rbprm_core.guide.root.edge import EdgeTest
 from rbprm_core.guide.root.path import GuidePath
 from rbprm_core.guide.root_space import RootSegment
+from rbprm_core.stages import Stage
 
 MIN_GAIN = 0.01  # share of the replaced part; a smaller gain is not worth the test of an edge
 
@@ -29,7 +30,7 @@ def shorten(
         Cancelled: raised by the budget.
     """
     for i in range(loops):
-        budget.check("shortcut", i / loops)
+        budget.check(Stage.SHORTCUT, i / loops)
         if len(path.nodes) == 2:
             break
         first, second = np.sort(rng.uniform(0, path.length, 2))
