@@ -19,6 +19,7 @@ import pytest
 import rclpy
 from ament_index_python import get_package_prefix
 from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
+from lifecycle_msgs.srv import GetState
 from nav_msgs.msg import Path as PathMessage
 from rbprm_msgs.msg import (
     ContactSequence,
@@ -39,8 +40,10 @@ os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"  # of our clients and 
 
 NODE = "/rbprm_planner"
 EXECUTABLES = Path(get_package_prefix("rbprm_ros")) / "lib" / "rbprm_ros"
-START_TIMEOUT = 30.0
-ANSWER_TIMEOUT = 60.0
+START_TIMEOUT = 90.0  # seconds; as all of these far beyond what a busy machine takes
+ANSWER_TIMEOUT = 90.0
+PROBE_PERIOD = 2.0  # seconds until a probe without an answer is sent again
+STOP_TIMEOUT = 30.0
 DOMAINS = itertools.count(os.getpid())
 ENDLESS = ("--ros-args", "-p", "guide.rrt.iterations:=1000000000")  # only time limits end a search
 
@@ -84,7 +87,7 @@ class Process:
         """Ids of the processes for something that are alive."""
         return [pid for pid in self.children() if role(pid) == purpose]
 
-    def stop(self, number: int = signal.SIGINT, timeout: float = 5.0) -> int:
+    def stop(self, number: int = signal.SIGINT, timeout: float = STOP_TIMEOUT) -> int:
         """Send a signal; returns the exit code."""
         self.popen.send_signal(number)
         return self.popen.wait(timeout)
@@ -112,6 +115,7 @@ class Executive:
         self.statuses: list[PlannerStatus] = []
         self._clients: dict[str, Any] = {}
         self._publishers: dict[str, Any] = {}
+        self._reached: dict[Any, set[tuple[int, ...]]] = {}  # planners that know a client
 
     def listen(self) -> None:
         """Collect what comes on the latched topics from now on."""
@@ -124,7 +128,36 @@ class Executive:
 
     def wait_for_planner(self) -> None:
         """Wait until the plan service is there."""
-        self.spin_until(self.client.service_is_ready, "the plan service", START_TIMEOUT)
+        self.reach(self.client, self.client.service_is_ready, "the plan service")
+
+    def reach(self, client: Any, ready: Callable[[], bool], what: str) -> None:
+        """Wait until the server of a client is ready and its answers will reach the client.
+
+        A server that is ready for a client may not have discovered the client's reader of answers,
+        and the answer to a first call would be lost. DDS announces the readers of a participant in
+        the order of their creation: the answer to a read-only call of a client made later, which is
+        repeated until then, shows that the planner has discovered this one.
+        """
+        self.spin_until(ready, what, START_TIMEOUT)
+        planners = self._planners()
+        if planners and planners <= self._reached.get(client, set()):
+            return
+        probe = self.node.create_client(GetState, f"{NODE}/get_state", qos_profile=CALLS)
+        self.spin_until(probe.service_is_ready, "the service get_state", START_TIMEOUT)
+        end, calls = time.monotonic() + START_TIMEOUT, []
+        while not any(call.done() for call in calls):
+            assert time.monotonic() < end, f"no answer of get_state within {START_TIMEOUT} s"
+            calls.append(probe.call_async(GetState.Request()))
+            again = time.monotonic() + PROBE_PERIOD
+            while not any(call.done() for call in calls) and time.monotonic() < again:
+                self.executor.spin_once(0.02)
+        self.node.destroy_client(probe)
+        self._reached[client] = planners
+
+    def _planners(self) -> set[tuple[int, ...]]:
+        """DDS identifiers of the planners: those of their status publishers."""
+        found = self.node.get_publishers_info_by_topic(f"{NODE}/status")
+        return {tuple(info.endpoint_gid) for info in found}
 
     def publish(self, message: SurfaceArray, qos: QoSProfile = LATCHED) -> None:
         """Send surfaces, as soon as the planner listens."""
@@ -156,7 +189,7 @@ class Executive:
             client = self.node.create_client(kind, f"{NODE}/{name}", qos_profile=CALLS)
             self._clients[name] = client
         client = self._clients[name]
-        self.spin_until(client.service_is_ready, f"the service {name}", START_TIMEOUT)
+        self.reach(client, client.service_is_ready, f"the service {name}")
         return client.call_async(request)
 
     def ask(self, kind: Any, name: str, request: Any, timeout: float = ANSWER_TIMEOUT) -> Any:
@@ -184,7 +217,9 @@ class Executive:
             if response.result.field != "surfaces" or time.monotonic() > end:
                 return response
 
-    def spin_until(self, done: Callable[[], bool], what: str, timeout: float = 20.0) -> None:
+    def spin_until(
+        self, done: Callable[[], bool], what: str, timeout: float = START_TIMEOUT
+    ) -> None:
         """Serve callbacks until something is true; a failed test where it never is."""
         end = time.monotonic() + timeout
         while not done():
@@ -238,10 +273,10 @@ class Site:
             process.popen.terminate()
         for process in self.processes:
             try:
-                process.popen.wait(5.0)
-            except subprocess.TimeoutExpired:  # the test that says so has failed already
+                process.popen.wait(STOP_TIMEOUT)
+            except subprocess.TimeoutExpired:  # the test of that has failed already
                 process.popen.kill()
-                process.popen.wait()
+                process.popen.wait(STOP_TIMEOUT)
         for executive in self._executives:
             executive.close()
         rclpy.try_shutdown(context=self.context)

@@ -59,7 +59,7 @@ def show(executive: Executive, surfaces: SurfaceArray) -> None:
 def goal_until_its_limit(executive: Executive, request: Plan.Request) -> list[float]:
     """Have the planner search for a second; returns the times that the feedback told."""
     client = ActionClient(executive.node, PlanContacts, "/rbprm_planner/plan_contacts")
-    executive.spin_until(client.server_is_ready, "the action")
+    executive.reach(client, client.server_is_ready, "the action")
     request.time_limit = 1.0
     fields = PlanContacts.Goal.get_fields_and_field_types()
     goal = PlanContacts.Goal(**{name: getattr(request, name) for name in fields})

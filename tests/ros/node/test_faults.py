@@ -55,7 +55,7 @@ def wait_for_library(process: Process, name: str) -> None:
 def set_parameter(executive: Executive, name: str, value: Any) -> SetParametersResult:
     """Set a parameter of the planner."""
     client = executive.node.create_client(SetParameters, f"{NODE}/set_parameters")
-    executive.spin_until(client.service_is_ready, "the parameter service")
+    executive.reach(client, client.service_is_ready, "the parameter service")
     parameter = Parameter(name, value=value).to_parameter_msg()
     future = client.call_async(SetParameters.Request(parameters=[parameter]))
     executive.spin_until(future.done, "an answer")
@@ -68,7 +68,7 @@ def test_other_callbacks_are_served_while_planning(
     planner, executive = debugging(site), site.executive()
     running = start_search(executive, planner, gap, request_over_gap)
     client = executive.node.create_client(GetParameters, f"{NODE}/get_parameters")
-    executive.spin_until(client.service_is_ready, "the parameter service")
+    executive.reach(client, client.service_is_ready, "the parameter service")
     seconds = []
     for _ in range(30):
         started = time.monotonic()
@@ -175,7 +175,7 @@ def test_goal_is_answered_when_the_node_ends(
     planner, executive = site.planner(), site.executive()
     client = ActionClient(executive.node, PlanContacts, "/rbprm_planner/plan_contacts")
     executive.publish(gap)
-    executive.spin_until(client.server_is_ready, "the action")
+    executive.reach(client, client.server_is_ready, "the action")
     fields = PlanContacts.Goal.get_fields_and_field_types()
     goal = PlanContacts.Goal(**{name: getattr(request_over_gap, name) for name in fields})
     told: list[object] = []

@@ -356,7 +356,7 @@ class Crowd:
                 (ExecutionState, "execution_state", ExecutionState),
             )
         ]
-        executive.spin_until(self._goals.server_is_ready, "the action")
+        executive.reach(self._goals, self._goals.server_is_ready, "the action")
 
     def send(self) -> None:
         """One message of each kind; fails where one is not answered, or by what is no error."""

@@ -32,7 +32,7 @@ def change(executive: Executive, transition: int) -> bool:
 def start_goal(executive: Executive) -> Any:
     """Send an empty goal; returns the future of its result."""
     client = ActionClient(executive.node, PlanContacts, ACTION)
-    executive.spin_until(client.server_is_ready, "the action")
+    executive.reach(client, client.server_is_ready, "the action")
     sent = client.send_goal_async(PlanContacts.Goal())
     executive.spin_until(sent.done, "an accepted goal")
     return sent.result().get_result_async()
@@ -68,7 +68,7 @@ def activated(unconfigured: Executive) -> Executive:
 
 
 def test_alone_it_comes_up_active(site: Site) -> None:
-    site.planner()  # a call amid its start may lose its answer to DDS's discovery
+    site.planner()
     executive = site.executive()
     assert state(executive) == State.PRIMARY_STATE_ACTIVE
     assert PlanningResult.NOT_ACTIVE not in codes(executive)

@@ -33,7 +33,7 @@ def test_the_node_takes_a_file(site: Site) -> None:
     site.start("planner_node", "--ros-args", "--params-file", str(INSTALLED / "anymal.yaml"))
     executive = site.executive()
     client = executive.node.create_client(GetParameters, f"{NODE}/get_parameters")
-    executive.spin_until(client.service_is_ready, "the parameter service", 30.0)
+    executive.reach(client, client.service_is_ready, "the parameter service")
     future = client.call_async(GetParameters.Request(names=["robot", "robustness_threshold"]))
     executive.spin_until(future.done, "an answer")
     robot, threshold = future.result().values

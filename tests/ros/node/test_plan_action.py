@@ -66,7 +66,7 @@ class Goal:
 def send(executive: Executive) -> Callable[[Plan.Request], Goal]:
     """A function that sends a request as a goal."""
     client = ActionClient(executive.node, PlanContacts, NAME)
-    executive.spin_until(client.server_is_ready, "the action")
+    executive.reach(client, client.server_is_ready, "the action")
     return lambda request: Goal(executive, client, request)
 
 
@@ -175,7 +175,7 @@ def test_of_many_goals_at_once_the_last_is_planned(
     executive: Executive, search: Plan.Request
 ) -> None:
     client = ActionClient(executive.node, PlanContacts, NAME)
-    executive.spin_until(client.server_is_ready, "the action")
+    executive.reach(client, client.server_is_ready, "the action")
     sent = []
     for i in range(10):
         search.goal.pose.position.x = 0.2 if i == 9 else 5.0
@@ -227,7 +227,7 @@ def test_goals_beyond_those_that_may_wait_are_busy_and_take_nobodys_place(
     executive = site.executive()
     executive.give(gap)
     client = ActionClient(executive.node, PlanContacts, NAME)
-    executive.spin_until(client.server_is_ready, "the action")
+    executive.reach(client, client.server_is_ready, "the action")
     request_over_gap.time_limit = 1.0
     goal = goal_of(request_over_gap)
     sent = [client.send_goal_async(goal) for _ in range(10)]

@@ -7,8 +7,10 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import pytest
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from std_msgs.msg import Int32
 
 from rbprm_ros.rclpy_utils.qos import LATCHED_STREAM, STREAM
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
     from conftest import Site
 
 TOPIC = "/numbers"
+TIMEOUT = 60.0  # seconds
 Spin = Callable[[Callable[[], bool]], None]
 
 
@@ -42,7 +45,7 @@ def spin(site: Site, listener: Node) -> Iterator[Spin]:
     executor.add_node(listener)
 
     def spin_until(done: Callable[[], bool]) -> None:
-        end = time.monotonic() + 20.0
+        end = time.monotonic() + TIMEOUT
         while not done():
             assert time.monotonic() < end
             executor.spin_once(0.05)
@@ -51,6 +54,11 @@ def spin(site: Site, listener: Node) -> Iterator[Spin]:
 
     yield spin_until
     executor.shutdown()
+
+
+def arrived(publisher: Publisher) -> None:
+    """Wait until all readers have what was published."""
+    assert publisher.wait_for_all_acked(Duration(seconds=TIMEOUT))
 
 
 def test_what_was_latched_comes_before_what_is_sent_later(
@@ -64,7 +72,7 @@ def test_what_was_latched_comes_before_what_is_sent_later(
     def take(message: Int32) -> None:
         if not heard:
             latched.publish(Int32(data=6))
-            time.sleep(0.2)  # until it is there, at both readers
+            arrived(latched)
         heard.append(message.data)
 
     EveryPublisher(listener, Int32, TOPIC, take)
@@ -82,6 +90,6 @@ def test_volatile_and_latched_publishers_are_heard_once_each(
     spin(lambda: [p.get_subscription_count() for p in publishers] == [2, 1])
     for number in range(6):
         publishers[number % 2].publish(Int32(data=number))
-        time.sleep(0.001)
+        arrived(publishers[number % 2])
     spin(lambda: len(heard) >= 6)
     assert heard == list(range(6))

@@ -6,6 +6,7 @@ while it waits; see `PlannerClient`.
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from collections.abc import Callable
@@ -13,7 +14,7 @@ from typing import Any
 
 from rbprm_msgs.action import PlanContacts
 from rbprm_msgs.msg import ContactSequence, ExecutionState, PlannerStatus
-from rbprm_msgs.srv import GetEnvironment, Plan, Replan, Validate
+from rbprm_msgs.srv import GetEnvironment, ListRobots, Plan, Replan, Validate
 from rclpy.action.client import ActionClient, ClientGoalHandle
 from rclpy.node import Node
 from rclpy.task import Future
@@ -21,6 +22,7 @@ from rclpy.task import Future
 from rbprm_ros.rclpy_utils.qos import CALLS, LATCHED_STREAM
 
 PERIOD = 0.05  # seconds between looks for what no callback tells, such as a service that is there
+PROBE_PERIOD = 1.0  # seconds until a probe without an answer is sent again
 ANSWER_TIMEOUT = 10.0  # seconds; a call that plans nothing is answered in milliseconds
 
 SpinUntil = Callable[[Callable[[], bool], float], Any]
@@ -137,8 +139,10 @@ class PlannerClient:
                 (Replan, "replan"),
                 (Validate, "validate"),
                 (GetEnvironment, "get_environment"),
+                (ListRobots, "list_robots"),  # the last one: see `_reach`
             )
         }
+        self._reached: set[tuple[int, ...]] = set()  # planners that have answered
         self._execution = node.create_publisher(ExecutionState, f"{planner}/execution_state", CALLS)
         # A reader of depth 1 would lose a status that is followed by the next one at once.
         for kind, name, take in (
@@ -173,7 +177,7 @@ class PlannerClient:
             PlannerTimeout: it is not.
         """
         hint = f"planner {self._planner}; is it started, in this ROS domain and of this name?"
-        self.wait_until(lambda: self.found, hint, timeout)
+        self._reach(lambda: self.found, hint, timeout)
 
     def plan(
         self, goal: PlanContacts.Goal | Plan.Request, timeout: float = ANSWER_TIMEOUT
@@ -192,7 +196,7 @@ class PlannerClient:
             fields = goal.get_fields_and_field_types()
             goal = PlanContacts.Goal(**{name: getattr(goal, name) for name in fields})
         what = f"action {self._planner}/plan_contacts"
-        self.wait_until(self._action.server_is_ready, what, timeout)
+        self._reach(self._action.server_is_ready, what, timeout)
         call = PlanCall(self)
         # Registered where answers come in: rclpy takes no lock over the table of sent goals.
         self.in_executor(
@@ -280,13 +284,58 @@ class PlannerClient:
     def _called(self, request: Any, kind: Any, timeout: float) -> Any:
         service, end = self._services[kind], time.monotonic() + timeout
         what = f"service {service.srv_name}"
-        self.wait_until(service.service_is_ready, what, timeout)
+        self._reach(service.service_is_ready, what, timeout)
         future = service.call_async(request)
         try:
             left = max(end - time.monotonic(), 0.0)
             return self.answer(future, f"answer of {service.srv_name}", left)
         finally:
             service.remove_pending_request(future)
+
+    def _reach(self, ready: Callable[[], bool], what: str, timeout: float) -> None:
+        """Wait until a server is ready and its answers reach this client.
+
+        A server that is ready for the client may not have discovered the client's reader of
+        answers, and the answer to a first call would be lost. DDS announces the readers of a
+        participant in the order of their creation, and that of `list_robots` was made after those
+        of the other services and the action. An answer to this read-only call, which is repeated
+        until then, shows that the planner has discovered all of them.
+
+        Args:
+            ready: returns whether the server is ready.
+            what: name of the server, for the error.
+            timeout: seconds.
+
+        Raises:
+            PlannerTimeout: the server is not ready, or does not answer.
+        """
+        end = time.monotonic() + timeout
+        self.wait_until(ready, what, timeout)
+        planners = self._planners()
+        if planners and planners <= self._reached:
+            return
+        probe = self._services[ListRobots]
+        calls: list[Future] = []
+        try:
+            while not any(call.done() for call in calls):
+                left = end - time.monotonic()
+                if left <= 0:
+                    raise PlannerTimeout(self._late(what, timeout))
+                calls.append(probe.call_async(ListRobots.Request()))
+                calls[-1].add_done_callback(lambda _: self.wake())
+                with contextlib.suppress(PlannerTimeout):
+                    self.wait_until(
+                        lambda: any(call.done() for call in calls), what, min(PROBE_PERIOD, left)
+                    )
+        finally:
+            for call in calls:
+                probe.remove_pending_request(call)
+        self._reached |= planners
+
+    def _planners(self) -> set[tuple[int, ...]]:
+        """Return the DDS identifiers of the planners of this name: of their status publishers."""
+        found = self._node.get_publishers_info_by_topic(f"{self._planner}/status")
+        return {tuple(info.endpoint_gid) for info in found}
 
     def _late(self, what: str, timeout: float) -> str:
         text = f"no {what} within {timeout:g} s"
