@@ -294,7 +294,7 @@ def measure_soak(options: argparse.Namespace) -> None:
         service = session.node.create_client(Plan, f"{session.name}/plan", qos_profile=CALLS)
         session.wait(service.service_is_ready, "the plan service")
         answers, known, before = count_answers(service), len(session.sequences), session.version
-        print("\n| minute | node | planning | watching | all, MB |\n|---|---|---|---|---|")
+        print("\n| minute | node | planning | validating | all, MB |\n|---|---|---|---|---|")
         futures, seconds = soak(session, surfaces, service, options)
         print_memory(session, "end")
         session.wait_for_environment()
@@ -354,7 +354,7 @@ def count_answers(service: Client) -> Counter[int]:
 def print_memory(session: Session, when: str) -> None:
     """A row of the table of resident memory."""
     workers = session.workers()
-    ids = (session.process.pid, workers.get("planning"), workers.get("watching"))
+    ids = (session.process.pid, workers.get("planning"), workers.get("validating"))
     sizes = [0.0 if pid is None else resident(pid) for pid in ids]
     shown = " | ".join(f"{size:.1f}" for size in (*sizes, sum(sizes)))
     print(f"| {when} | {shown} |", flush=True)

@@ -49,7 +49,7 @@ from rbprm_ros.conversions import (
 )
 from rbprm_ros.environment.store import Environment
 from rbprm_ros.failure import failure_of
-from rbprm_ros.planning.published import Published
+from rbprm_ros.planning.sequence import PublishedSequence
 from rbprm_ros.rclpy_utils.qos import CALLS
 from rbprm_ros.settings import parse_settings
 from rbprm_ros.workers.jobs import Job
@@ -232,10 +232,12 @@ def known() -> Environment:
 
 
 @pytest.fixture(scope="module")
-def base(sequence: ContactSequence, known: Environment) -> Published:
+def base(sequence: ContactSequence, known: Environment) -> PublishedSequence:
     """A published sequence of those states."""
     job = job_of_message(make_request(), SETTINGS, known)
-    return Published("an id", 0, 0, read_sequence(sequence, SETTINGS.max_states, LIMBS), job, 0, 0)
+    return PublishedSequence(
+        "an id", 0, 0, read_sequence(sequence, SETTINGS.max_states, LIMBS), job, 0, 0
+    )
 
 
 def value_or_field(message: Any, read: Callable[[Any], object]) -> object:
@@ -327,7 +329,7 @@ def test_sequences(seed: int, sequence: ContactSequence, robot: Robot) -> None:
 @MANY
 @given(seed=seeds)
 def test_replanning(
-    seed: int, sequence: ContactSequence, robot: Robot, base: Published, known: Environment
+    seed: int, sequence: ContactSequence, robot: Robot, base: PublishedSequence, known: Environment
 ) -> None:
     def read(message: Replan.Request) -> Job:
         job = replan_job_of_message(message, base, 1, SETTINGS, known)

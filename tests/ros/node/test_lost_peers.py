@@ -168,7 +168,7 @@ def test_watching_process_killed_amid_its_look(
     shared: Site, executive: Executive, walked: str, gap: SurfaceArray
 ) -> None:
     told, planner = executive.statuses, shared.processes[0]
-    watcher = planner.worker("watching")
+    watcher = planner.worker("validating")
     os.kill(watcher, signal.SIGSTOP)
     executive.publish(gap)
     executive.spin_until(lambda: executive.known() == {"here", "there"}, "the surfaces")
@@ -180,7 +180,7 @@ def test_watching_process_killed_amid_its_look(
         lambda: any(s.state == PlannerStatus.INVALIDATED for s in told[count:]), "a look"
     )
     assert all(s.result.code != PlanningResult.WORKER_LOST for s in told[count:])
-    assert planner.worker("watching") != watcher
+    assert planner.worker("validating") != watcher
 
 
 def test_what_nobody_could_look_at_is_not_said_to_hold(
@@ -188,12 +188,12 @@ def test_what_nobody_could_look_at_is_not_said_to_hold(
 ) -> None:
     """Process after process dies over a look; a plan that fails then changes nothing."""
     told, planner = executive.statuses, shared.processes[0]
-    os.kill(planner.worker("watching"), signal.SIGSTOP)
+    os.kill(planner.worker("validating"), signal.SIGSTOP)
     executive.publish(gap)
     executive.spin_until(lambda: executive.known() == {"here", "there"}, "the surfaces")
 
     def lost() -> bool:
-        for process in planner.workers("watching"):
+        for process in planner.workers("validating"):
             os.kill(process, signal.SIGKILL)  # a new one takes a second to be up
         return told[-1].result.code == PlanningResult.WORKER_LOST
 

@@ -18,8 +18,10 @@ from rbprm_core.plan_record import SurfaceEntry
 from rbprm_core.request import PlanRequest
 from rbprm_ros.environment.store import Environment
 from rbprm_ros.environment.updates import SurfaceUpdate
-from rbprm_ros.planning.planning import Planning, ignore
-from rbprm_ros.planning.published import Activity, Published
+from rbprm_ros.planning.planning import Planning
+from rbprm_ros.planning.sequence import PublishedSequence
+from rbprm_ros.planning.status import Activity
+from rbprm_ros.planning.validator import ignore
 from rbprm_ros.settings import Settings
 from rbprm_ros.workers.jobs import Job, RobotChoice
 
@@ -40,7 +42,7 @@ def executor(site: Site) -> Iterator[SingleThreadedExecutor]:
 def test_plan_that_comes_as_the_node_stops_is_not_published(
     executor: SingleThreadedExecutor,
 ) -> None:
-    environment, published = Environment(), list[Published]()
+    environment, published = Environment(), list[PublishedSequence]()
     environment.update(SurfaceUpdate((SurfaceEntry(id="ground", vertices=GROUND),)), Settings())
     planning = Planning(
         Settings,
@@ -51,9 +53,9 @@ def test_plan_that_comes_as_the_node_stops_is_not_published(
         lambda: None,
         ignore,
     )
-    planning.resume()
+    planning.activate()
     works = []
-    task = executor.create_task(planning.plan(walk(environment), submitted=works.append))
+    task = executor.create_task(planning.calls.plan(walk(environment), submitted=works.append))
     while not works:
         executor.spin_once(0.1)
     assert works[0].result(60.0) is not None  # it is there, and nobody has been told yet
@@ -63,7 +65,7 @@ def test_plan_that_comes_as_the_node_stops_is_not_published(
             executor.spin_once(0.1)
     assert isinstance(task.exception(), Cancelled)
     assert published == []
-    assert planning.standing.activity is Activity.IDLE
+    assert planning.tracker.status.activity is Activity.IDLE
 
 
 def walk(environment: Environment) -> Job:

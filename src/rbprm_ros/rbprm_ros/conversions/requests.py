@@ -32,7 +32,7 @@ from rbprm_ros.conversions.geometry import (
 from rbprm_ros.conversions.plans import read_state
 from rbprm_ros.environment.snapshot import Snapshot
 from rbprm_ros.environment.store import Environment
-from rbprm_ros.planning.published import Published
+from rbprm_ros.planning.sequence import PublishedSequence
 from rbprm_ros.settings import Settings
 from rbprm_ros.workers.jobs import Job, RobotChoice
 
@@ -95,7 +95,7 @@ def job_of_message(
 
 def replan_job_of_message(
     message: Replan.Request,
-    base: Published,
+    base: PublishedSequence,
     default_from: int,
     settings: Settings,
     environment: Environment,
@@ -139,7 +139,7 @@ def replan_job_of_message(
 
 
 def _kept(
-    message: Replan.Request, base: Published, default_from: int, limbs: int
+    message: Replan.Request, base: PublishedSequence, default_from: int, limbs: int
 ) -> tuple[tuple[StateEntry, ...], bool]:
     """The states that stay, and whether it is one that was measured."""
     states = base.plan.states

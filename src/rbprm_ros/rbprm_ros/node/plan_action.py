@@ -1,4 +1,4 @@
-"""The action ~/plan_contacts: feedback, cancel, a newer goal in the place of the one under way."""
+"""The action ~/plan_contacts: feedback, cancellation, and preemption by a newer goal."""
 
 from __future__ import annotations
 
@@ -13,32 +13,36 @@ from rclpy.node import Node
 
 from rbprm_core.errors import Cancelled, ErrorCode
 from rbprm_ros.failure import NodeCode, NodeError, PlanningFailed
-from rbprm_ros.node.publishers import Outbox
+from rbprm_ros.node.publishers import Publishers
+from rbprm_ros.node.services import require_room
 from rbprm_ros.planning.planning import Planning
+from rbprm_ros.settings import Settings
 from rbprm_ros.workers.jobs import Job, Reported, Result
 
-RESULT_KEPT = 60  # seconds that a result can still be asked for; rclpy's 900 are a lot of plans
+RESULT_TIMEOUT = 60  # seconds that a result can be fetched; rclpy's 900 s would hold many plans
 
 
 class PlanAction:
     """Serves goals, one at a time.
 
     Args:
-        planning: gives what plans; raises where the node is not active.
-        job: makes the work that a goal asks for.
-        require_room: raises where there are too many, given what is counted and how many there are.
+        node: the planner's node.
+        settings: returns the current parameters.
+        planning: returns the planning; raises NOT_ACTIVE while the node is not active.
+        job: returns the work of a goal.
+        publishers: the node's publishers, which make the messages of plans too.
     """
 
     def __init__(
         self,
         node: Node,
+        settings: Callable[[], Settings],
         planning: Callable[[], Planning],
         job: Callable[[PlanContacts.Goal], Awaitable[Job]],
-        outbox: Outbox,
-        require_room: Callable[[str, int], None],
+        publishers: Publishers,
     ) -> None:
-        self._planning, self._job, self._outbox = planning, job, outbox
-        self._require_room = require_room
+        self._settings, self._planning, self._job = settings, planning, job
+        self._publishers = publishers
         self._goals: dict[bytes, _Goal] = {}  # not ended yet
         self._current: _Goal | None = None
         self._server = ActionServer(
@@ -49,38 +53,34 @@ class PlanAction:
             handle_accepted_callback=self._accept,
             cancel_callback=self._cancel,
             callback_group=ReentrantCallbackGroup(),
-            result_timeout=RESULT_KEPT,
+            result_timeout=RESULT_TIMEOUT,
         )
 
     @property
     def goals(self) -> int:
-        """Goals not ended yet."""
+        """Number of goals that have not ended yet."""
         return len(self._goals)
 
     def _accept(self, handle: ServerGoalHandle) -> None:
-        """A goal came: the one before makes room for it, unless it is one too many."""
+        """Accept a goal, which preempts the one before, unless there are too many."""
         goal = self._goals[_key(handle)] = _Goal(handle)
         try:
-            self._require_room("goals", len(self._goals))
+            require_room(self._settings().max_calls, "goals", len(self._goals))
         except NodeError as error:
             goal.refusal = error
         else:
             before, self._current = self._current, goal
             if before is not None:
                 before.preempted = True
-                self._stop(before)
+                before.stop()
         handle.execute()
 
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
         goal = self._current
         if goal is not None and goal.handle.goal_id == handle.goal_id:
             goal.cancelled = True
-            self._stop(goal)
+            goal.stop()
         return CancelResponse.ACCEPT
-
-    def _stop(self, goal: _Goal) -> None:
-        if goal.work is not None and goal.planning is not None:
-            goal.planning.cancel(goal.work)
 
     async def _execute(self, handle: ServerGoalHandle) -> PlanContacts.Result:
         goal = self._goals[_key(handle)]
@@ -96,6 +96,11 @@ class PlanAction:
                 self._current = None
 
     async def _planned(self, goal: _Goal) -> PlanContacts.Result:
+        """The result of a goal whose planning succeeds.
+
+        Raises:
+            RbprmError: planning failed.
+        """
         planning = self._planning()
         job = replace(await self._job(goal.handle.request), shown=True)
 
@@ -109,32 +114,32 @@ class PlanAction:
             )
             goal.handle.publish_feedback(feedback)
             if reported.states is not None:
-                self._outbox.partial(job, reported.states)
+                self._publishers.partial(job, reported.states)
 
         def submitted(work: WorkFuture[Result]) -> None:
             goal.work, goal.planning = work, planning
             if goal.preempted or goal.cancelled:
-                planning.cancel(work)
+                goal.stop()
 
-        published = await planning.plan(job, report, submitted)
+        sequence = await planning.calls.plan(job, report, submitted)
         result = PlanContacts.Result()
-        self._outbox.answer(published, result)
-        if goal.handle.is_cancel_requested:  # too late: the plan is out
+        self._publishers.answer(sequence, result)
+        if goal.handle.is_cancel_requested:  # too late: the plan is published
             goal.handle.canceled()
         else:
             goal.handle.succeed()
         return result
 
     def _failed(self, goal: _Goal, error: Exception) -> PlanContacts.Result:
+        """The result of a goal whose planning failed."""
         partial = error.partial if isinstance(error, PlanningFailed) else None
         if goal.preempted:
-            text = "a newer goal took its place"
-            error = NodeError(NodeCode.PREEMPTED, text)
+            error = NodeError(NodeCode.PREEMPTED, "a newer goal took its place")
         elif goal.cancelled and not isinstance(error, PlanningFailed):
             error = Cancelled("waiting")
-        result = PlanContacts.Result(result=self._outbox.refusal(error))
+        result = PlanContacts.Result(result=self._publishers.refusal(error))
         if partial is not None:
-            self._outbox.answer_partly(partial, result)
+            self._publishers.answer_partly(partial, result)
         if result.result.code == ErrorCode.CANCELLED and goal.handle.is_cancel_requested:
             goal.handle.canceled()
         else:
@@ -143,15 +148,29 @@ class PlanAction:
 
 
 def _key(handle: ServerGoalHandle) -> bytes:
-    """Identity of a goal; handles themselves are no keys."""
+    """Identifier of a goal; handles cannot be keys themselves."""
     return bytes(handle.goal_id.uuid)
 
 
 class _Goal:
-    """A goal under way."""
+    """A goal that has not ended yet.
+
+    Attributes:
+        handle: rclpy's handle of the goal.
+        preempted: whether a newer goal took its place.
+        cancelled: whether the client cancelled it.
+        refusal: why it is not planned at all; None where it is planned.
+        work: its work; None before that is submitted.
+        planning: the planning that does the work.
+    """
 
     def __init__(self, handle: ServerGoalHandle) -> None:
         self.handle, self.preempted, self.cancelled = handle, False, False
         self.refusal: NodeError | None = None
         self.work: WorkFuture[Result] | None = None
         self.planning: Planning | None = None
+
+    def stop(self) -> None:
+        """Cancel the work, if it is submitted."""
+        if self.work is not None and self.planning is not None:
+            self.planning.calls.cancel(self.work)

@@ -1,4 +1,4 @@
-"""What the node publishes, and what it answers plans with."""
+"""The node's publishers, and the messages of plans in its answers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Path
-from rbprm_msgs.msg import ContactSequence, PlannerStatus, PlanningResult
+from rbprm_msgs.msg import ContactSequence, PlanningResult
+from rbprm_msgs.msg import PlannerStatus as PlannerStatusMessage
 from rclpy.node import Node
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
@@ -34,7 +35,8 @@ from rbprm_ros.environment.snapshot import Snapshot
 from rbprm_ros.environment.store import Environment
 from rbprm_ros.failure import failure_of
 from rbprm_ros.planning.planning import Planning
-from rbprm_ros.planning.published import Published, Standing
+from rbprm_ros.planning.sequence import PublishedSequence
+from rbprm_ros.planning.status import PlannerStatus
 from rbprm_ros.rclpy_utils.qos import CALLS, LATCHED
 from rbprm_ros.settings import Settings
 from rbprm_ros.workers.jobs import Job, RobotChoice
@@ -42,11 +44,12 @@ from rbprm_ros.workers.jobs import Job, RobotChoice
 Answer = Any  # Plan.Response, Replan.Response or PlanContacts.Result: the same four fields
 
 
-class Outbox:
+class Publishers:
     """The node's publishers.
 
     Args:
-        settings: gives the parameters of now.
+        node: the planner's node.
+        settings: returns the current parameters.
     """
 
     def __init__(self, node: Node, settings: Callable[[], Settings]) -> None:
@@ -56,47 +59,58 @@ class Outbox:
         self._guide = node.create_publisher(Path, "~/guide_path", LATCHED)
         self._markers = node.create_publisher(MarkerArray, "~/markers", LATCHED)
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", CALLS)
-        self._status = node.create_publisher(PlannerStatus, "~/status", LATCHED)
+        self._status = node.create_publisher(PlannerStatusMessage, "~/status", LATCHED)
 
     def header(self) -> Header:
-        """Of now, in the planning frame."""
+        """A header with the time of now and the planning frame."""
         stamp = self._node.get_clock().now().to_msg()
         return Header(stamp=stamp, frame_id=self._settings().planning_frame)
 
-    def sequence(self, published: Published) -> None:
+    def sequence(self, sequence: PublishedSequence) -> None:
         """Publish a revision and its guide."""
-        header = self._header_of(published)
-        self._guide.publish(guide_message(published.plan, header))
-        self._sequence.publish(self._message(published, header))
-        count, revision = len(published.plan.states), published.revision
-        text = f"sequence {published.id[:8]}, revision {revision}: {count} states"
+        header = self._header_of(sequence)
+        self._guide.publish(guide_message(sequence.plan, header))
+        self._sequence.publish(self._message(sequence, header))
+        count, revision = len(sequence.plan.states), sequence.revision
+        text = f"sequence {sequence.id[:8]}, revision {revision}: {count} states"
         self._node.get_logger().info(text)
 
-    def nothing(self) -> None:
-        """Take the latched sequence back: the node knows of none."""
+    def withdraw_sequence(self) -> None:
+        """Replace the latched sequence and guide by empty ones."""
         header = self.header()
         self._guide.publish(Path(header=header))
         self._sequence.publish(ContactSequence(header=header))
 
-    def status(self, standing: Standing, published: Published | None) -> None:
-        """Publish how the planner stands."""
+    def status(self, status: PlannerStatus, sequence: PublishedSequence | None) -> None:
+        """Publish the status.
+
+        Args:
+            status: the status.
+            sequence: the published sequence; None where there is none.
+        """
         header = Header(stamp=self._node.get_clock().now().to_msg())
-        self._status.publish(status_message(header, standing, published))
+        self._status.publish(status_message(header, status, sequence))
 
     def markers(self, snapshot: Snapshot, plan: ContactPlan | None) -> bool:
-        """Publish what there is to see; False where nobody looks."""
+        """Publish the markers of environment and plan; False where the topic has no subscriber."""
         if self._markers.get_subscription_count() == 0:
             return False
         self._markers.publish(markers_message(self.header(), snapshot, plan))
         return True
 
-    def health(self, planning: Planning, environment: Environment, calls: int) -> None:
-        """Publish how the node does."""
+    def diagnostics(self, planning: Planning, environment: Environment, calls: int) -> None:
+        """Publish the diagnostics.
+
+        Args:
+            planning: processes and published sequence.
+            environment: the environment.
+            calls: number of calls and goals without an answer yet.
+        """
         now = self._node.get_clock().now()
         stamp, published = environment.snapshot.stamp, planning.published
         health = Health(
-            worker_alive=planning.planner.alive and planning.watcher.alive,
-            restarts=planning.planner.restarts + planning.watcher.restarts,
+            worker_alive=planning.processes_alive,
+            restarts=planning.restarts,
             environment_version=environment.version,
             environment_age=(now.nanoseconds - stamp) / 1e9 if stamp else None,
             rejection=environment.rejection,
@@ -107,53 +121,53 @@ class Outbox:
         self._diagnostics.publish(diagnostics_message(health, header, self._node.get_name()))
 
     def partial(self, job: Job, states: Sequence[StateEntry]) -> None:
-        """Publish the states of a sequence that grows."""
+        """Publish the states of a sequence that is growing."""
         if self._partial.get_subscription_count() == 0:
             return
         plan = bare_plan(states, job.request, _robot(job.robot))
-        self._partial.publish(self._part(plan, job.id))
+        self._partial.publish(self._incomplete(plan, job.id))
 
-    def answer(self, published: Published, answer: Answer) -> None:
+    def answer(self, sequence: PublishedSequence, answer: Answer) -> None:
         """Fill an answer with a plan."""
-        header = self._header_of(published)
-        answer.sequence = self._message(published, header)
-        answer.guide = guide_message(published.plan, header)
-        answer.statistics = statistics_message(published.plan)
-        answer.result = success_message(published.plan)
+        header = self._header_of(sequence)
+        answer.sequence = self._message(sequence, header)
+        answer.guide = guide_message(sequence.plan, header)
+        answer.statistics = statistics_message(sequence.plan)
+        answer.result = success_message(sequence.plan)
 
     def answer_partly(self, plan: ContactPlan, answer: Answer) -> None:
-        """Fill a failure's answer with the states that were found."""
-        answer.sequence = self._part(plan, "")
+        """Fill the answer of a failure with the states that were found."""
+        answer.sequence = self._incomplete(plan, "")
         answer.statistics = statistics_message(plan)
 
     def refusal(self, error: Exception) -> PlanningResult:
-        """An error as an answer; it is logged."""
+        """Log an error and return it as a message."""
         failure = failure_of(error)
         if not isinstance(error, RbprmError):
             self._node.get_logger().error("".join(traceback.format_exception(error)))
         self._node.get_logger().warning(f"refused: {failure.code.name}: {failure.text}")
         return result_message(failure)
 
-    def _header_of(self, published: Published) -> Header:
+    def _header_of(self, sequence: PublishedSequence) -> Header:
         frame = self._settings().planning_frame
-        return Header(stamp=time_message(published.stamp), frame_id=frame)
+        return Header(stamp=time_message(sequence.stamp), frame_id=frame)
 
-    def _message(self, published: Published, header: Header) -> ContactSequence:
+    def _message(self, sequence: PublishedSequence, header: Header) -> ContactSequence:
         return sequence_message(
-            published.plan,
+            sequence.plan,
             header,
-            published.id,
-            published.surfaces_stamp,
-            revision=published.revision,
-            first_changed=published.first_changed,
-            complete=published.complete,
+            sequence.id,
+            sequence.surfaces_stamp,
+            revision=sequence.revision,
+            first_changed=sequence.first_changed,
+            complete=sequence.complete,
         )
 
-    def _part(self, plan: ContactPlan, identity: str) -> ContactSequence:
+    def _incomplete(self, plan: ContactPlan, identity: str) -> ContactSequence:
         return sequence_message(plan, self.header(), identity, 0, complete=False)
 
 
 @functools.lru_cache(maxsize=4)
 def _robot(choice: RobotChoice) -> Robot:
-    """A robot; loading takes longer than the time between two partial sequences."""
+    """A robot; loading it takes longer than the time between two partial sequences."""
     return Robot.load(choice.description())
