@@ -20,9 +20,9 @@ unit = st.floats(0, 1)
 
 
 @st.composite
-def flat_rings(draw: st.DrawFn, least: int = 4, most: int = 14) -> Array:
+def flat_rings(draw: st.DrawFn, min_size: int = 4, max_size: int = 14) -> Array:
     """A random simple polygon (n, 2) about the origin, counter-clockwise, mostly concave."""
-    count = draw(st.integers(least, most))
+    count = draw(st.integers(min_size, max_size))
     turn = [(i + 0.8 * draw(unit)) * 2 * np.pi / count for i in range(count)]
     reach = [0.3 + 2 * draw(unit) for _ in range(count)]
     return np.array([(r * np.cos(a), r * np.sin(a)) for r, a in zip(reach, turn, strict=True)])
@@ -50,8 +50,8 @@ def shoelace(ring: Array) -> float:
 
 @given(flat_rings(), transforms(), st.booleans())
 def test_convex_pieces_are_a_partition(ring: Array, transform: pin.SE3, with_hole: bool) -> None:
-    least = min(np.linalg.norm((ring + np.roll(ring, -1, axis=0)) / 2, axis=1).min(), 0.3)
-    hole = 0.1 * least * np.array([[1, 0], [0, 1], [-1, -0.2], [0, -1]])
+    radius = min(np.linalg.norm((ring + np.roll(ring, -1, axis=0)) / 2, axis=1).min(), 0.3)
+    hole = 0.1 * radius * np.array([[1, 0], [0, 1], [-1, -0.2], [0, -1]])
     holes = (lifted(hole, transform),) if with_hole and encloses(ring, hole) else ()
     polygon = make_polygon(lifted(ring, transform), holes)
     plane = polygon.plane

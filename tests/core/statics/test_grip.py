@@ -200,7 +200,7 @@ def test_the_same_rays_as_the_check() -> None:
     assert cone_generators(frame, 0.5) == pytest.approx(theirs)
 
 
-def test_the_programme_with_weight_refuses_to_answer_without() -> None:
+def test_the_program_with_weight_refuses_to_answer_without() -> None:
     grasp = tripod(0.5)
     problem = Equilibrium.of(grasp.points, grasp.generators, np.zeros(3), 1.0, np.zeros(3))
     with pytest.raises(InvalidInput, match="gravity"):

@@ -109,7 +109,11 @@ def displacement(before: ContactEntry, after: ContactEntry) -> float:
 
 
 def count_transitions(plan: ContactPlan) -> int:
-    """Return the number of pairs of neighbouring states between which a contact changes."""
+    """Return the number of pairs of neighbouring states between which a contact changes.
+
+    Args:
+        plan: plan whose states are compared.
+    """
     states = [_by_limb(state) for state in plan.states]
     return sum(bool(_changed_limbs(before, after)) for before, after in pairwise(states))
 

@@ -21,7 +21,11 @@ POINT_BOUND = 1e-4  # metres between a point contact's point and its position, w
 
 
 def joint_order_violations(robot: Robot) -> Iterator[Violation]:
-    """Yield a violation if the joint names are not in the order of the URDF."""
+    """Yield a violation if the joint names are not in the order of the URDF.
+
+    Args:
+        robot: robot of the plan.
+    """
     expected = tuple(robot.model.names[FIRST_JOINT:])
     if robot.joint_names != expected:
         text = f"joint names are not in the URDF's order, which is {', '.join(expected)}"

@@ -55,7 +55,11 @@ class LinkGeometry:
         return np.asarray(self.triangles[first, 0])
 
     def contains(self, point: Array) -> bool:
-        """Return whether a point (3,) is inside a mesh, whichever way the mesh faces."""
+        """Return whether a point is inside a mesh, whichever way the mesh faces.
+
+        Args:
+            point: (3,) point, metres, in the frame of the geometry.
+        """
         return abs(winding_number(self._corners, point)) > INSIDE  # mirrored meshes face inwards
 
     @cached_property

@@ -92,16 +92,23 @@ class Environment:
         return candidates[within], distances[within]
 
     def distance(self, point: Array) -> float:
-        """Return the distance of a point (3,) from the nearest triangle, metres."""
+        """Return the distance of a point from the nearest triangle, metres.
+
+        Args:
+            point: (3,) point, metres.
+        """
         return float(self.distances(point, np.inf)[1].min())
 
     def contains(self, point: Array) -> bool:
-        """Return whether a point (3,) is inside one of the pieces.
+        """Return whether a point is inside one of the pieces.
 
         The winding number of a closed piece is 1 inside and 0 outside. A piece without a bottom
         face, which is common in meshes of terrain, still has more than 0.5 inside. Bounding boxes
         rule out open pieces correctly too: seen from outside its convex hull, a piece covers less
         than half of the sphere of directions.
+
+        Args:
+            point: (3,) point, metres.
         """
         around = ((self._piece_low <= point) & (point <= self._piece_high)).all(axis=1)
         return any(

@@ -38,7 +38,15 @@ def transform(position: Vector3, orientation: Quaternion, field: str) -> pin.SE3
 
 
 def pose_transform(pose: Pose, field: str) -> pin.SE3:
-    """Return the transform of a pose; see `transform`."""
+    """Return the transform of a pose, with its quaternion normalised.
+
+    Args:
+        pose: position in metres and quaternion [x, y, z, w].
+        field: name of the pose in errors.
+
+    Raises:
+        InvalidInput: see `transform`.
+    """
     return transform(pose.position, pose.orientation, field)
 
 
@@ -46,6 +54,10 @@ def angle_between(a: ArrayLike, b: ArrayLike) -> float:
     """Return the angle between two vectors (3,), radians; pi/2 if one of them is zero.
 
     Unlike the arc cosine it is accurate near 0 and pi.
+
+    Args:
+        a: (3,) vector of any length.
+        b: (3,) vector of any length.
     """
     u, v = np.array(a, dtype=float), np.array(b, dtype=float)
     cosine, sine = float(u @ v), float(np.linalg.norm(np.cross(u, v)))
@@ -53,14 +65,22 @@ def angle_between(a: ArrayLike, b: ArrayLike) -> float:
 
 
 def unit(vector: ArrayLike) -> Array:
-    """Return a vector (3,) scaled to length 1; a zero vector stays zero."""
+    """Return a vector (3,) scaled to length 1; a zero vector stays zero.
+
+    Args:
+        vector: (3,) vector of any length.
+    """
     array = np.array(vector, dtype=float)
     norm = float(np.linalg.norm(array))
     return array / norm if norm > 0 else array
 
 
 def plan_quaternion_violations(plan: ContactPlan) -> Iterator[Violation]:
-    """Yield the quaternions of the request and of the guide that are not unit."""
+    """Yield the quaternions of the request and of the guide that are not unit.
+
+    Args:
+        plan: plan to check.
+    """
     poses = {"request.start": plan.request.start, "request.goal": plan.request.goal}
     poses |= {f"guide.{i}": pose for i, pose in enumerate(plan.guide)}
     for name, pose in poses.items():

@@ -26,7 +26,11 @@ def start_and_goal_violations(plan: ContactPlan) -> Iterator[Violation]:
 
 
 def missing_goal_limbs(plan: ContactPlan) -> tuple[str, ...]:
-    """Return the limbs that the request wants in contact in the last state and that are not."""
+    """Return the limbs that the request wants in contact in the last state and that are not.
+
+    Args:
+        plan: plan with its request.
+    """
     in_contact = {contact.limb for state in plan.states[-1:] for contact in state.contacts}
     return tuple(limb for limb in plan.request.goal_limbs or () if limb not in in_contact)
 

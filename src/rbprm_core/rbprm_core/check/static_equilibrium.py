@@ -3,7 +3,7 @@ r"""Static equilibrium: robustness $b_0$ from the primal linear program, solved 
 Forces act along the edges of the friction pyramids with coefficients $\beta$. With $G$ the wrenches
 of unit forces and $w$ the wrench that balances the weight, Tonneau et al. 2018, equation (8), is
 
-$$b_0 = \max_{b, \beta} b \quad \text{subject to} \quad G \beta = w, \quad \beta \geq b \mathbf{1}$$
+$b_0 = \max_{b, \beta} b$ subject to $G \beta = w$ and $\beta \geq b \mathbf{1}$
 
 The planner solves the dual (9) of this program with another solver.
 """
@@ -81,6 +81,9 @@ def tangent(contact: ContactEntry) -> tuple[Array, bool]:
     """Return the unit tangent $t_1$ (3,) of a contact, and whether the plan fixes it.
 
     It is the x axis of the contact's orientation if the z axis is the normal, and arbitrary if not.
+
+    Args:
+        contact: contact of a state.
     """
     normal = unit(contact.normal)
     axes = transform(contact.position, contact.orientation, "contact").rotation
@@ -136,8 +139,8 @@ def grip_robustness(points: ArrayLike, edges: ArrayLike, force: float) -> float:
     Without load, $b_0$ of `robustness` is 0 or unbounded. So the sum of the coefficients is fixed,
     which gives the min-weight metric of Li et al. 2023, in newtons:
 
-    $$b_0 = \max_{b, \beta} b \quad \text{subject to} \quad
-    G \beta = 0, \quad \mathbf{1}^T \beta = F, \quad \beta \geq b \mathbf{1}$$
+    $b_0 = \max_{b, \beta} b$ subject to $G \beta = 0$, $\mathbf{1}^T \beta = F$ and
+    $\beta \geq b \mathbf{1}$
 
     Args:
         points: (k, 3) points at which the edges act, metres, planning frame.

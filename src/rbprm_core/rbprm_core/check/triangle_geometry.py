@@ -49,7 +49,11 @@ def point_distances(triangle: Array, points: Array) -> Array:
 
 
 def by_corner(triangles: Array) -> Array:
-    """Return triangles (n, 3, 3) as a contiguous array (corner, axis, n) for `winding_number`."""
+    """Return triangles as a contiguous array (corner, axis, n) for `winding_number`.
+
+    Args:
+        triangles: (n, 3, 3) triangles, metres.
+    """
     return np.ascontiguousarray(triangles.transpose(1, 2, 0))
 
 
@@ -57,10 +61,10 @@ def winding_number(corners: Array, point: Array) -> float:
     r"""Return the generalised winding number of triangles about a point (Jacobson et al. 2013).
 
     It is the sum of the signed solid angles of the triangles divided by $4 \pi$. With corners
-    $a, b, c$ relative to the point, Van Oosterom and Strackee 1983 give the solid angle $\Omega$:
+    $a, b, c$ relative to the point, the solid angle $\Omega$ is (Van Oosterom and Strackee 1983)
 
-    $$\tan \frac{\Omega}{2} = \frac{a \cdot (b \times c)}
-    {|a||b||c| + (a \cdot b)|c| + (b \cdot c)|a| + (c \cdot a)|b|}$$
+    $\tan \frac{\Omega}{2} = \frac{a \cdot (b \times c)}{d}$ with
+    $d = |a||b||c| + (a \cdot b)|c| + (b \cdot c)|a| + (c \cdot a)|b|$
 
     Args:
         corners: (3, 3, n) triangles as `by_corner` returns them, metres.
@@ -111,7 +115,11 @@ def components(triangles: Array) -> list[IntArray]:
 
 
 def mesh_triangles(bvh: Any) -> Array:
-    """Return the triangles (n, 3, 3) of a coal mesh in its own frame, metres."""
+    """Return the triangles (n, 3, 3) of a coal mesh in its own frame, metres.
+
+    Args:
+        bvh: mesh of coal.
+    """
     faces = [[bvh.tri_indices(k)[c] for c in range(3)] for k in range(bvh.num_tris)]
     vertices = np.array(bvh.vertices(), dtype=float)
     return np.asarray(vertices[np.array(faces, dtype=int).reshape(-1, 3)], dtype=float)

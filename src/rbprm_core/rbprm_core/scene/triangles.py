@@ -80,10 +80,10 @@ def spatial_parts(triangles: Array, max_count: int) -> list[Array]:
 def solid_angles(triangles: Array) -> Array:
     r"""Return the signed solid angle (n,) of triangles seen from the origin, in full turns.
 
-    With corners $a, b, c$ and lengths $\lvert a \rvert$ and so on (Van Oosterom and Strackee 1983):
+    With corners $a, b, c$, the solid angle $\Omega$ is (Van Oosterom and Strackee 1983)
 
-    $$\tan \frac{\Omega}{2} = \frac{a \cdot (b \times c)}
-    {|a||b||c| + (a \cdot b)|c| + (b \cdot c)|a| + (c \cdot a)|b|}$$
+    $\tan \frac{\Omega}{2} = \frac{a \cdot (b \times c)}{d}$ with
+    $d = |a||b||c| + (a \cdot b)|c| + (b \cdot c)|a| + (c \cdot a)|b|$
 
     Args:
         triangles: (n, 3, 3) triangles relative to the point from which they are seen, metres.

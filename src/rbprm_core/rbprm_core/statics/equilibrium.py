@@ -4,7 +4,7 @@ Contact forces are combinations of the generators of the friction cones with coe
 $\beta$. A state is in static equilibrium where some $\beta \geq 0$ balances the weight. Its
 robustness $b_0$ is the largest lower bound that all coefficients can have at once:
 
-$$b_0 = \max_{b, \beta} b \quad \text{subject to} \quad G \beta = w, \quad \beta \geq b \mathbf{1}$$
+$b_0 = \max_{b, \beta} b$ subject to $G \beta = w$ and $\beta \geq b \mathbf{1}$
 
 which is equation (8). `Equilibrium` states the problem and `robustness` solves it.
 """

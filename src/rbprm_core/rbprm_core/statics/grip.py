@@ -4,8 +4,8 @@ Without weight, equation (8) of Tonneau et al. 2018 is homogeneous: zero force b
 multiple of balancing coefficients balances too. Its optimum is 0 or infinite and ranks nothing.
 Fixing the sum of the coefficients to a grip force $F$ bounds the size of the forces:
 
-$$b_0 = \max_{b, \beta} b \quad \text{subject to} \quad
-G \beta = 0, \quad \mathbf{1}^T \beta = F, \quad \beta \geq b \mathbf{1}$$
+$b_0 = \max_{b, \beta} b$ subject to $G \beta = 0$, $\mathbf{1}^T \beta = F$ and
+$\beta \geq b \mathbf{1}$
 
 The optimum is at most $F$ divided by the number of generators. It is $F$ times the min-weight
 metric of grasping (Li et al. 2023), whose forces are normalised as in the grasp quality of Ferrari

@@ -15,7 +15,11 @@ SHARP_EDGE = np.deg2rad(12)  # radians between triangles; flatter edges are not 
 
 
 def joined(meshes: Sequence[trimesh.Trimesh]) -> trimesh.Trimesh:
-    """Return many meshes as one, which is empty if there are none."""
+    """Return many meshes as one, which is empty if there are none.
+
+    Args:
+        meshes: meshes in the same frame.
+    """
     whole = trimesh.util.concatenate(list(meshes)) if meshes else trimesh.Trimesh()
     assert isinstance(whole, trimesh.Trimesh)  # the type that trimesh returns for meshes only
     return whole
@@ -36,7 +40,11 @@ def thinned(mesh: trimesh.Trimesh, digits: int) -> trimesh.Trimesh:
 
 
 def sharp_edges(mesh: trimesh.Trimesh) -> Array:
-    """Return the segments (k, 2, 3) where a mesh ends or has a sharp edge, metres."""
+    """Return the segments (k, 2, 3) where a mesh ends or has a sharp edge, metres.
+
+    Args:
+        mesh: mesh, metres.
+    """
     bends = mesh.face_adjacency_edges[mesh.face_adjacency_angles > SHARP_EDGE]
     edges, counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
     segments: Array = np.array(mesh.vertices)[np.vstack((bends, edges[counts == 1]))]
@@ -44,7 +52,11 @@ def sharp_edges(mesh: trimesh.Trimesh) -> Array:
 
 
 def flat_mesh(polygon: shapely.Polygon) -> trimesh.Trimesh:
-    """Return a polygon with holes as triangles in the plane z = 0 that face upwards."""
+    """Return a polygon with holes as triangles in the plane z = 0 that face upwards.
+
+    Args:
+        polygon: polygon, metres.
+    """
     points, faces = trimesh.creation.triangulate_polygon(polygon, engine="earcut")
     mesh = trimesh.Trimesh(np.column_stack((points, np.zeros(len(points)))), faces)
     if mesh.face_normals[:, 2].sum() < 0:

@@ -33,7 +33,11 @@ def layers(marks: Sequence[Footprint]) -> list[int]:
 
 
 def patch_mesh(mark: Footprint) -> trimesh.Trimesh:
-    """Return a footprint as triangles: a disc for a point contact, the patch for a planar one."""
+    """Return a footprint as triangles: a disc for a point contact, the patch for a planar one.
+
+    Args:
+        mark: footprint.
+    """
     if not len(mark.corners):
         turns = np.linspace(0, 2 * np.pi, 33)[:-1]
         circle = DISC_RADIUS * np.column_stack((np.cos(turns), np.sin(turns), np.zeros(len(turns))))
