@@ -339,7 +339,7 @@ def test_a_file_that_is_no_toml(tmp_path: Path) -> None:
         ("request.robustness_threshold", 1e30),
         ("request.time_limit", 1e30),
         ("environment.surfaces.0.friction", 1e30),
-        ("options", {"shortcuts": 10**30}),
+        ("options.guide", {"shortcuts": 10**30}),
         ("options", {"guides": 10**30}),
         ("options.guide", {"resolution": 1e-30}),
         ("options.guide.rrt", {"step": 1e30}),

@@ -11,6 +11,8 @@ from rbprm_core.errors import InvalidInput
 
 RENAMED_OPTIONS: Mapping[str, str] = {
     "generator.most_robust": "generator.accept_below_threshold",
+    "shortcuts": "guide.shortcuts",
+    "settle": "guide.settle",
     "sequence.least_step": "sequence.min_step",
     "classification.least_area": "classification.min_area",
 }

@@ -186,8 +186,6 @@ class _Pipeline:
             required_limbs=request.required_limbs,
             gravity=request.gravity,
             options=request.options.guide,
-            shortcuts=request.options.shortcuts,
-            settle=request.options.settle,
             budget=self._budget,
             roadmaps=self._roadmaps,
             counters=self._guide_counters,

@@ -71,16 +71,12 @@ class PlannerOptions:
 
     Attributes:
         guide: options of the guide planners.
-        shortcuts: number of random shortcuts tried on a guide.
-        settle: move the guide's roots towards the reference posture's height over the surfaces.
         guides: maximum number of guides tried; mostly the time limit comes first.
         generator: options of the generator of contacts.
         sequence: options of the contact sequence.
     """
 
     guide: GuideOptions = field(default_factory=GuideOptions)
-    shortcuts: Annotated[int, Field(ge=0, le=MAX_COUNT)] = 100
-    settle: bool = True
     guides: Annotated[int, Field(ge=1, le=MAX_COUNT)] = 1000
     generator: GeneratorOptions = field(default_factory=GeneratorOptions)
     sequence: SequenceOptions = field(default_factory=SequenceOptions)

@@ -46,10 +46,13 @@ def problem(hyq_data: RobotData, make_box: Callable[..., list[Surface]]) -> Make
 @pytest.mark.parametrize("name", ["rrt", "prm"])
 def test_a_guide_is_shortened_and_settled(problem: Make, hyq_data: RobotData, name: str) -> None:
     factory = GUIDE_PLANNERS.get(name, "stages.guide")
-    raw = factory(problem(shortcuts=0, settle=False)).find(Budget(), np.random.default_rng(1))
-    short = factory(problem(settle=False)).find(Budget(), np.random.default_rng(1))
     whole = problem()
-    settled = factory(whole).find(Budget(), np.random.default_rng(1))
+    problems = (
+        problem(options=GuideOptions(shortcuts=0, settle=False)),
+        problem(options=GuideOptions(settle=False)),
+        whole,
+    )
+    raw, short, settled = (factory(p).find(Budget(), np.random.default_rng(1)) for p in problems)
     assert raw.nodes == short.nodes == settled.nodes
     assert raw.guide.length > short.guide.length
     middle = settled.guide.root(settled.guide.length / 2)
@@ -65,7 +68,7 @@ def test_a_guide_is_shortened_and_settled(problem: Make, hyq_data: RobotData, na
 def test_without_gravity_a_guide_is_not_settled(problem: Make) -> None:
     factory = GUIDE_PLANNERS.get("rrt", "stages.guide")
     results = [
-        factory(problem(gravity=np.zeros(3), settle=settle)).find(
+        factory(problem(gravity=np.zeros(3), options=GuideOptions(settle=settle))).find(
             Budget(), np.random.default_rng(0)
         )
         for settle in (True, False)

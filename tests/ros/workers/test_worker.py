@@ -247,7 +247,7 @@ def unread(worker: PlanningWorker) -> int:
 def test_roadmaps_are_kept_where_a_job_asks_for_it(walk: Job) -> None:
     """Round a wall: another seed's search then finds the way that is known already."""
     worker = PlanningWorker(RobotChoice("hyq"), ignore)
-    options = PlannerOptions(guide=GuideOptions(planner="prm"), shortcuts=0, settle=False)
+    options = PlannerOptions(guide=GuideOptions(planner="prm", shortcuts=0, settle=False))
     wall = ((1.5, -1.0, 0.0), (1.5, 1.0, 0.0), (1.5, 1.0, 2.0), (1.5, -1.0, 2.0))
     scene = snapshot(strip("ground", -2, 9), SurfaceEntry(id="wall", vertices=wall))
     request = replace(walk.request, goal=Placement.parse((3.0, 0.0, 0.6)), options=options)

@@ -48,6 +48,8 @@ class GuideOptions:
             metres.
         equilibrium: require at every fourth of those points, too, that contacts within the limbs'
             workspaces could hold the robot in static equilibrium.
+        shortcuts: number of random shortcuts tried on a guide.
+        settle: move the roots of a guide towards the reference posture's height over the surfaces.
         rrt: options of the planner "rrt".
         prm: options of the planner "prm".
     """
@@ -55,5 +57,7 @@ class GuideOptions:
     planner: Literal["rrt", "prm"] = "rrt"
     resolution: Step = 0.05
     equilibrium: bool = False
+    shortcuts: Annotated[int, Field(ge=0, le=MAX_COUNT)] = 100
+    settle: bool = True
     rrt: RrtOptions = field(default_factory=RrtOptions)
     prm: PrmOptions = field(default_factory=PrmOptions)

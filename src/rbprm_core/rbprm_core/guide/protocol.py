@@ -73,9 +73,6 @@ class GuideProblem:
         required_limbs: names of the limbs that must be able to reach a surface along the guide.
         gravity: (3,) gravity in the planning frame, m/s^2.
         options: options of the guide planners.
-        shortcuts: number of random shortcuts tried on each guide.
-        settle: True to move the inner roots of each guide towards the reference height over the
-            surfaces below them.
         budget: time limit and cancel flag, polled while the planner is built and in its
             feasibility tests.
         roadmaps: roadmaps that the caller keeps between requests; None where it keeps none.
@@ -91,8 +88,6 @@ class GuideProblem:
     required_limbs: tuple[str, ...]
     gravity: Array
     options: GuideOptions = field(default_factory=GuideOptions)
-    shortcuts: int = 100
-    settle: bool = True
     budget: Budget = field(default_factory=Budget)
     roadmaps: RoadmapStore | None = None
     counters: Counters = field(default_factory=Counters)

@@ -80,9 +80,9 @@ class RootGuidePlanner:
 
     def _finished(self, path: GuidePath, budget: Budget, rng: np.random.Generator) -> GuidePath:
         """The path with random shortcuts, then settled."""
-        problem = self._problem
-        path = shorten(path, self._edges, problem.shortcuts, budget, rng)
-        if problem.settle and problem.gravity.any():
+        options = self._problem.options
+        path = shorten(path, self._edges, options.shortcuts, budget, rng)
+        if options.settle and self._problem.gravity.any():
             path = self._settler.settle(path, self._edges, budget)
         return path
 
