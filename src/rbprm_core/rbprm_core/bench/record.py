@@ -1,4 +1,4 @@
-"""What is asked of a campaign, and what one run of it gives."""
+"""Records of a campaign: cases, tasks and runs."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Case:
-    """What is planned over the seeds.
+    """A scenario to be planned with several seeds.
 
     Attributes:
         scenario: a known name, or a scenario file.
         robot: a known name, or a robot file; None for the scenario's own.
-        robustness: least raw b0 of every state, newtons; None for the scenario's own.
-        time_limit: seconds; None for the scenario's own.
+        robustness: raw b0 that every state must reach, newtons; None for the scenario's own.
+        time_limit: time limit of a run, seconds; None for the scenario's own.
     """
 
     scenario: str
@@ -24,13 +24,15 @@ class Case:
 
 @dataclass(frozen=True)
 class Task:
-    """One run, in so few bytes that it may be sent to another machine.
+    """One run to be done, small enough to be sent to another machine.
 
     Attributes:
-        scenario, robot: as in `Case`, files by their absolute paths.
-        seed: of everything random.
-        robustness: newtons. time_limit: seconds.
-        inputs: digest of what the scenario and the robot file say.
+        scenario: scenario as in `Case`, a file by its absolute path.
+        robot: robot as in `Case`, a file by its absolute path.
+        seed: seed of the random generator.
+        robustness: raw b0 that every state must reach, newtons.
+        time_limit: time limit, seconds.
+        inputs: digest of the contents of the scenario file and the robot file.
     """
 
     scenario: str
@@ -67,28 +69,35 @@ LATE = "LATE"
 
 @dataclass(frozen=True)
 class RunRecord:
-    """One run.
+    """Result of one run.
 
     Attributes:
-        scenario, robot: their names. seed: of everything random.
-        robustness: least raw b0 asked, newtons. time_limit: seconds.
-        failure: None for a success: found within the limit, every bound of the check held, the
-            goal's among them.
-        seconds: by phase, as the planner counts them; "sequence.*" are operations inside it.
-        wall, cpu: seconds that planning took by the clock, and of its thread on a processor.
-        counts: the planner's.
-        states, transitions: number of states and of contact changes; 0 where there is no plan.
-        guide_length: metres.
-        min_robustness: by the check, newtons; None where there is no plan or no forces hold it.
-        violations: number by kind of bound; None where there is no plan.
-        support: number of transitions in which the robot stands without the moving contact at both
-            ends, at one, at neither; None where there is no plan.
+        scenario: name of the scenario.
+        robot: name of the robot.
+        seed: seed of the random generator.
+        robustness: raw b0 that every state had to reach, newtons.
+        time_limit: time limit, seconds.
+        failure: why the run is no success; None where a plan was found within the time limit that
+            passes the check, the requested goal included.
+        seconds: seconds by stage, as the planner counts them; "sequence.*" are operations of the
+            stage "sequence".
+        wall: seconds of planning by the clock.
+        cpu: seconds of processor time of the planning thread.
+        counts: counts of the planner by name.
+        states: number of states; 0 without a plan.
+        transitions: number of contact transitions; 0 without a plan.
+        guide_length: length of the guide, metres.
+        min_robustness: smallest b0 of all states by the check, newtons; None without a plan, or
+            where no forces hold a state.
+        violations: number of violations by kind; None without a plan.
+        support: number of transitions in which the robot is in equilibrium without the moving
+            contact at both ends, at one, at neither; None without a plan.
         overhanging: number of contacts whose patch lies only in part on the environment.
-        goal_missing: limbs that were to be in contact at the goal and are not.
-        digest: of guide and states; equal plans have equal digests.
-        inputs: as in `Task`: runs of other inputs are runs of another case.
-        peak_memory: resident bytes at most, of the process that planned and checked.
-        process: name of the machine and id of that process.
+        goal_missing: names of the limbs requested in contact at the goal that are not.
+        digest: digest of guide and states; equal plans have equal digests.
+        inputs: digest as in `Task`; runs with other inputs belong to another case.
+        peak_memory: largest resident memory of the process that planned and checked, bytes.
+        process: name of the machine and id of the process.
     """
 
     scenario: str

@@ -12,13 +12,14 @@ class Contact:
     """One contact of a limb, in the planning frame.
 
     Attributes:
-        limb: index of the limb; its contact spot says which frame and outline touch the surface.
+        limb: index of the limb.
         position: (3,) contact point, or middle of the patch, metres.
         rotation: (3, 3) contact frame, columns t1, t2 and the outward normal n.
         points: (k, 3) points that carry forces: 1, or the 4 corners of the patch, metres.
         generators: (k, 4, 3) unit generators of the friction cone of each point.
         friction: friction coefficient.
         surface: id of the surface.
+        spot: index of the limb's contact spot, whose frame and outline touch the surface.
     """
 
     limb: int
@@ -28,6 +29,7 @@ class Contact:
     generators: Array
     friction: float
     surface: str
+    spot: int = 0
 
     @property
     def normal(self) -> Array:

@@ -138,7 +138,9 @@ def _contact(text: ContactEntry, robot: Robot, scene: Scene | None, field: str) 
         friction, identity = surface.friction, surface.id
     points = position + limb.corners @ rotation.T
     rays = np.broadcast_to(cone_generators(rotation, friction), (len(points), 4, 3))
-    return Contact(index, position, rotation, points, rays, friction, identity)
+    spots = [spot.name for spot in limb.spots]
+    spot = spots.index(one_of(f"{field}.spot", text.spot, spots)) if text.spot else 0
+    return Contact(index, position, rotation, points, rays, friction, identity, spot)
 
 
 def _surface(

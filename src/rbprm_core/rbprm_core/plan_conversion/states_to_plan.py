@@ -130,6 +130,7 @@ def _contact(robot: Robot, data: pin.Data, contact: Contact) -> ContactEntry:
         points=tuple(_vector(point) for point in contact.points),
         friction=contact.friction,
         surface=contact.surface,
+        spot=limb.spots[contact.spot].name,
     )
 
 

@@ -142,6 +142,7 @@ class ContactEntry(PlanRecord):
         points: (k, 3) points that carry forces: 1, or the 4 corners of the patch, metres.
         friction: coefficient of Coulomb friction.
         surface: id of the surface; "" where it is not known.
+        spot: name of the limb's contact spot; "" for its first one.
     """
 
     limb: str
@@ -154,6 +155,7 @@ class ContactEntry(PlanRecord):
     points: tuple[Vector3, ...]
     friction: Friction
     surface: str = ""
+    spot: str = ""
 
 
 class StateEntry(PlanRecord):
