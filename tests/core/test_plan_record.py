@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import pytest
 from rbprm_core.check import check_plan, count_transitions
 from rbprm_core.errors import InvalidInput
 from rbprm_core.outcome import Outcome
-from rbprm_core.plan_conversion.states_to_plan import robot_entry
+from rbprm_core.plan_conversion.states_to_plan import robot_entry, with_states
 from rbprm_core.plan_record import FORMAT, ContactPlan
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot import Robot
@@ -113,6 +114,19 @@ def test_transitions_are_counted(plan: ContactPlan) -> None:
     up_and_down = plan.model_copy(update={"states": (plan.states[0], lifted, plan.states[0])})
     assert count_transitions(up_and_down) == 2
     assert 0 < count_transitions(plan) < len(plan.states)
+
+
+def test_transitions_say_what_changes(plan: ContactPlan) -> None:
+    assert len(plan.transitions) == len(plan.states) - 1
+    assert sum(t.action != "none" for t in plan.transitions) == count_transitions(plan)
+    for entry, (before, after) in zip(plan.transitions, pairwise(plan.states), strict=True):
+        held = [{contact.limb for contact in state.contacts} for state in (before, after)]
+        assert entry.witnesses == ()
+        assert (entry.limb == "") == (entry.action == "none")
+        assert (entry.action == "break") == (entry.limb in held[0] - held[1])
+        assert (entry.action == "make") == (entry.limb in held[1] - held[0])
+    shorter = with_states(plan, plan.states[:4])
+    assert shorter.transitions == plan.transitions[:3]
 
 
 def test_extra_keys_are_kept(document: Document, tmp_path: Path) -> None:

@@ -13,7 +13,11 @@ from rbprm_core.body.state import State
 from rbprm_core.contacts.along_guide.walk_state import WalkState, walk_state
 from rbprm_core.errors import InvalidInput
 from rbprm_core.outcome import Outcome
-from rbprm_core.plan_conversion.plan_to_states import state_from_plan, states_from_plan
+from rbprm_core.plan_conversion.plan_to_states import (
+    StateFields,
+    state_from_plan,
+    states_from_plan,
+)
 from rbprm_core.plan_conversion.states_to_plan import state_entry
 from rbprm_core.plan_record import ContactEntry, StateEntry
 from rbprm_core.request import PlanRequest
@@ -161,3 +165,20 @@ def test_joints_a_little_beyond_their_limits_are_put_onto_them(climb: Planned) -
     high = robot.high[7:]
     joints = (float(high[0]) + 0.01, *entry.joints[1:])
     assert state_from_plan(changed(entry, "joints", joints), robot, None).q[7] == high[0]
+
+
+def test_fields_in_the_words_of_messages(trot: Planned) -> None:
+    data, scene, _, outcome = trot
+    entry = state_entry(data.robot, outcome.states[0])
+    names = StateFields("joint_positions", "pose.position", "pose.orientation", "surface_id")
+    for path, value, field in (
+        ("joints", (), "joint_positions"),
+        ("joints", (0.0, 0.0, 9.0, *entry.joints[3:]), "joint_positions.2"),
+        ("contacts.1.position", (0.0, 0.0, 9.0), "contacts.1.pose.position"),
+        ("contacts.1.orientation", (0.0, 0.0, 0.0, 0.0), "contacts.1.pose.orientation"),
+        ("contacts.1.surface", "moon", "contacts.1.surface_id"),
+        ("contacts.1.limb", "tail", "contacts.1.limb"),
+    ):
+        with pytest.raises(InvalidInput) as caught:
+            state_from_plan(changed(entry, path, value), data.robot, scene, names=names)
+        assert caught.value.field == f"state.{field}"

@@ -7,6 +7,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
 from rbprm_core.body.state import State
 
@@ -101,3 +102,17 @@ def is_kept(old: Contact | None, new: Contact | None) -> bool:
     if old is None or new is None:
         return False
     return old is new or float(np.linalg.norm(new.position - old.position)) < SAME_CONTACT
+
+
+def contact_action(old: Array | None, new: Array | None) -> Action:
+    """What happens to a limb's contact from one state to the next, from its positions alone.
+
+    Args:
+        old: (3,) position of the contact in the first state, None where the limb is free, metres.
+        new: (3,) position of the contact in the second state, None where the limb is free, metres.
+    """
+    if old is None:
+        return Action.NONE if new is None else Action.MAKE
+    if new is None:
+        return Action.BREAK
+    return Action.NONE if float(np.linalg.norm(new - old)) < SAME_CONTACT else Action.MOVE

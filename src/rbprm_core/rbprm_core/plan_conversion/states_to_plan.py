@@ -1,15 +1,17 @@
-"""From the planner's outcome to the contact plan that leaves the program."""
+"""From the planner's outcome to the contact plan."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
 from rbprm_core.body.state import State
+from rbprm_core.body.transition import Action, contact_action
 from rbprm_core.errors import RbprmError
 from rbprm_core.outcome import Outcome
 from rbprm_core.placement import Placement
@@ -22,6 +24,7 @@ from rbprm_core.plan_record import (
     RobotEntry,
     StateEntry,
     Statistics,
+    TransitionEntry,
     Vector3,
 )
 from rbprm_core.request import PlanRequest
@@ -29,13 +32,18 @@ from rbprm_core.robot import Robot
 from rbprm_core.robot.model import ROOT_JOINT
 from rbprm_core.validation import MAX_FORCE
 
-Array = NDArray[np.float64]
-
 
 def contact_plan(
     outcome: Outcome, request: PlanRequest, robot: Robot, environment: EnvironmentEntry
 ) -> ContactPlan:
-    """The plan in the words of the plan file."""
+    """The contact plan of what the planner found.
+
+    Args:
+        outcome: guide, states and statistics.
+        request: the request that was planned.
+        robot: the robot.
+        environment: the environment that was planned in.
+    """
     plan = bare_plan([state_entry(robot, state) for state in outcome.states], request, robot)
     return plan.model_copy(
         update={
@@ -49,9 +57,16 @@ def contact_plan(
 def partial_plan(
     error: RbprmError, request: PlanRequest, robot: Robot, environment: EnvironmentEntry
 ) -> ContactPlan | None:
-    """The states that planning found before it failed, as a plan that stops short of the goal.
+    """The states found before planning failed, as a plan that stops short of the goal.
 
-    None where it found none; there is no guide in it.
+    Args:
+        error: the failure, with the states.
+        request: the request that was planned.
+        robot: the robot.
+        environment: the environment that was planned in.
+
+    Returns:
+        A plan without a guide; None where no state was found.
     """
     if not error.states:
         return None
@@ -61,19 +76,62 @@ def partial_plan(
 
 
 def bare_plan(states: Iterable[StateEntry], request: PlanRequest, robot: Robot) -> ContactPlan:
-    """A plan of some states, without environment, guide and statistics."""
+    """A plan of some states, without environment, guide and statistics.
+
+    Args:
+        states: the states.
+        request: the request that was planned.
+        robot: the robot.
+    """
+    states = tuple(states)
     return ContactPlan(
         robot=robot_entry(robot),
         environment=EnvironmentEntry(),
         request=request.entry(),
         guide=(),
-        states=tuple(states),
+        states=states,
+        transitions=transition_entries(states),
         statistics=Statistics(),
     )
 
 
+def with_states(plan: ContactPlan, states: Sequence[StateEntry]) -> ContactPlan:
+    """The plan with other states, and the transitions between them.
+
+    Args:
+        plan: the plan.
+        states: its new states.
+    """
+    changed = {"states": tuple(states), "transitions": transition_entries(states)}
+    return plan.model_copy(update=changed)
+
+
+def transition_entries(states: Sequence[StateEntry]) -> tuple[TransitionEntry, ...]:
+    """The transitions between neighbouring states, without witnesses.
+
+    Args:
+        states: states of a plan, whose neighbours differ by one contact at most.
+    """
+    return tuple(_transition(before, after) for before, after in pairwise(states))
+
+
+def _transition(before: StateEntry, after: StateEntry) -> TransitionEntry:
+    """The first change of a contact in the order of the limbs' names; of a valid plan, the only."""
+    old = {contact.limb: np.array(contact.position) for contact in before.contacts}
+    new = {contact.limb: np.array(contact.position) for contact in after.contacts}
+    for limb in sorted({*old, *new}):
+        action = contact_action(old.get(limb), new.get(limb))
+        if action is not Action.NONE:
+            return TransitionEntry(limb=limb, action=action.value)  # type: ignore[arg-type]
+    return TransitionEntry()
+
+
 def robot_entry(robot: Robot) -> RobotEntry:
-    """The robot with all choices of limbs, heuristics, surfaces and trunk."""
+    """The robot as a plan holds it, with all choices of limbs, heuristics, surfaces and trunk.
+
+    Args:
+        robot: the robot.
+    """
     description = robot.description
     return RobotEntry(
         name=robot.name,
@@ -96,7 +154,12 @@ def _root_frame(model: pin.Model) -> str:
 
 
 def state_entry(robot: Robot, state: State) -> StateEntry:
-    """One state, with the contact frames measured in the effectors' frames."""
+    """A state as a plan holds it, with the contact frames in the frames of their links.
+
+    Args:
+        robot: the robot.
+        state: the state.
+    """
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, state.q)
     return StateEntry(
@@ -114,7 +177,7 @@ def _contact(robot: Robot, data: pin.Data, contact: Contact) -> ContactEntry:
     if limb.planar:
         offset = Placement.of(limb.contact)
     else:
-        # A ball rolls about its centre, so where the contact is on it follows from the normal.
+        # A ball rolls about its centre: the contact point on it follows from the normal.
         center = effector.act(limb.contact.translation)
         touched = pin.SE3(contact.rotation, center - limb.radius * contact.normal)
         offset = Placement.of(effector.inverse() * touched)

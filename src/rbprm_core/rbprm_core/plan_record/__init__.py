@@ -18,6 +18,7 @@ from rbprm_core.plan_record.records import (
     StateEntry,
     Statistics,
     SurfaceEntry,
+    TransitionEntry,
     Vector3,
 )
 from rbprm_core.plan_record.request_entry import (
@@ -49,5 +50,6 @@ __all__ = [
     "StateEntry",
     "Statistics",
     "SurfaceEntry",
+    "TransitionEntry",
     "Vector3",
 ]

@@ -14,6 +14,7 @@ from rbprm_core.plan_record.records import (
     RobotEntry,
     StateEntry,
     Statistics,
+    TransitionEntry,
 )
 from rbprm_core.plan_record.request_entry import RequestEntry
 from rbprm_core.validation import parse_record
@@ -34,6 +35,8 @@ class ContactPlan(PlanRecord):
         request: the request that the plan answers.
         guide: nodes of the guide from start to goal.
         states: contact states from start to goal.
+        transitions: transitions between neighbouring states, one fewer than these; empty in files
+            of version 1, and of plans made from messages.
         statistics: how the plan was made.
     """
 
@@ -43,6 +46,7 @@ class ContactPlan(PlanRecord):
     request: RequestEntry
     guide: tuple[GuideNode, ...]
     states: tuple[StateEntry, ...]
+    transitions: tuple[TransitionEntry, ...] = ()
     statistics: Statistics = Statistics()
 
     def write(self, path: str | Path) -> None:

@@ -176,6 +176,21 @@ class StateEntry(PlanRecord):
     contacts: tuple[ContactEntry, ...]
 
 
+class TransitionEntry(PlanRecord):
+    """The change of contacts from one state to the next.
+
+    Attributes:
+        limb: name of the limb whose contact changes; "" where none does.
+        action: "none", "make", "break" or "move".
+        witnesses: postures at lift-off and touch-down that show that the transition can be
+            executed; empty where none were computed.
+    """
+
+    limb: str = ""
+    action: Literal["none", "make", "break", "move"] = "none"
+    witnesses: tuple[dict[str, Any], ...] = ()
+
+
 class Statistics(PlanRecord):
     """How a plan was made.
 
