@@ -360,14 +360,17 @@ def test_one_time_limit_holds_for_all_guides(hyq_data: RobotData) -> None:
         required_limbs=(LEGS[0], LEGS[2]),
         bounds=RootBounds(low, high, np.ones(3)),
     )
-    budget = Budget(1.5)
-    with pytest.raises(TimeLimitReached) as caught:
-        plan(request, hyq_data, scene, budget)
+    for limit in (1.5, 6.0, 24.0):  # seconds, until the machine has time for one guide
+        budget = Budget(limit)
+        with pytest.raises(TimeLimitReached) as caught:
+            plan(request, hyq_data, scene, budget)
+        if caught.value.best is not None:
+            break
     assert caught.value.statistics.counts["guides"] >= 1
     assert caught.value.best is not None
     assert caught.value.states == caught.value.best.states
     assert caught.value.fraction > 0
-    assert 1.5 < budget.elapsed < 3.5  # on a busy machine
+    assert limit < budget.elapsed < limit + 2.0  # on a busy machine
 
 
 def attempts(

@@ -51,7 +51,7 @@ def roots(guide: Any) -> list[Any]:
 def without_ros(bag: Path) -> list[dict[str, Any]]:
     """What the example reads from a bag, in an environment without ROS."""
     command = [WITHOUT_ROS, "-I", ROOT / "examples" / "read_bag.py", bag, "--json"]
-    done = subprocess.run(command, env={}, capture_output=True, text=True, check=True)
+    done = subprocess.run(command, env={}, capture_output=True, text=True, timeout=60, check=True)
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
@@ -184,7 +184,7 @@ def test_arguments_that_cannot_be_used_are_named(
 ) -> None:
     folders = {"there": tmp_path, "new": tmp_path / "new"}
     process = site.start(name, *(argument.format(**folders) for argument in arguments))
-    assert process.popen.wait(20.0) == 2
+    assert process.popen.wait(60.0) == 2
     assert field in process.log.read_text()
 
 

@@ -22,12 +22,12 @@ LISTEN = ROOT / "examples" / "foreign_peer" / "listen.py"
 def listen(domain: int, *arguments: str) -> subprocess.CompletedProcess[str]:
     """Run the example with nothing of this environment."""
     command = [WITHOUT_ROS, LISTEN, "--localhost", f"--domain={domain}", *arguments]
-    return subprocess.run(command, env={}, capture_output=True, text=True, check=False)
+    return subprocess.run(command, env={}, capture_output=True, text=True, timeout=120, check=False)
 
 
 def test_environment_has_no_ros() -> None:
     command = [WITHOUT_ROS, "-c", "import rclpy"]
-    done = subprocess.run(command, env={}, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, env={}, capture_output=True, text=True, timeout=120, check=False)
     assert "No module named 'rclpy'" in done.stderr
 
 

@@ -44,7 +44,7 @@ def test_planner_with_an_enclave_does_not_come_up_open(
 ) -> None:
     monkeypatch.setenv("ROS_SECURITY_STRATEGY", strategy)
     planner = site.start("planner_node", "--ros-args", "--enclave", "/planner")
-    assert planner.popen.wait(20.0) != 0
+    assert planner.popen.wait(60.0) != 0
     log = planner.log.read_text()
     assert str(keystore) in log
     assert "doesn't have the security libraries" in log
@@ -55,5 +55,5 @@ def test_planner_without_its_enclave_does_not_come_up(
 ) -> None:
     monkeypatch.setenv("ROS_SECURITY_STRATEGY", "Enforce")
     planner = site.start("planner_node", "--ros-args", "--enclave", "/another")
-    assert planner.popen.wait(20.0) != 0
+    assert planner.popen.wait(60.0) != 0
     assert "/another" in planner.log.read_text()

@@ -81,7 +81,7 @@ def test_soak(measure: Any) -> None:
         session.see(lambda: session.send(*surfaces.values(), is_diff=False))
         session.plan(measure.way(measure.GOAL))
         service = session.node.create_client(Plan, f"{session.name}/plan", qos_profile=CALLS)
-        session.wait(service.service_is_ready, "the plan service")
+        reach(session, service)
         answers = measure.count_answers(service)
         calls = soaked(measure, session, surfaces, service, WARM_UP)
         ids = {"node": session.process.pid, **session.workers()}
@@ -97,6 +97,21 @@ def test_soak(measure: Any) -> None:
     assert not codes & FAULTS
     growth = memory.growth()
     assert max(growth.values()) < MAX_GROWTH, growth
+
+
+def reach(session: Any, service: Any) -> None:
+    """Repeat an empty request, which is refused, until the planner knows the client.
+
+    The planner may discover the client's reader of answers after the client has found the service.
+    """
+    session.wait(service.service_is_ready, "the plan service")
+    probes: list[Any] = []
+    while not any(probe.done() for probe in probes):
+        assert len(probes) < 20, "no answer to an empty request"
+        probes.append(service.call_async(Plan.Request()))
+        session.spinner.spin_until(lambda: any(probe.done() for probe in probes), 2.0)
+    for probe in probes:
+        service.remove_pending_request(probe)
 
 
 def soaked(measure: Any, session: Any, surfaces: Any, service: Any, seconds: float) -> list[Any]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import shutil
-import time
 from collections.abc import Callable
 from copy import deepcopy
 from pathlib import Path
@@ -198,7 +197,7 @@ def test_start_inside_an_obstacle(
 )
 def test_bad_parameter_at_start(argument: str, name: str, site: Site) -> None:
     process = site.start("planner_node", "--ros-args", "-p", argument)
-    assert process.popen.wait(20) == 2
+    assert process.popen.wait(60) == 2
     assert name in process.log.read_text()
 
 
@@ -211,7 +210,7 @@ def test_call_that_has_no_way_to_tell_an_error_is_answered(
     planner.wait_for("up;")
     file.unlink()
     executive = site.executive()
-    answer = executive.ask(ListRobots, "list_robots", ListRobots.Request(), timeout=10.0)
+    answer = executive.ask(ListRobots, "list_robots", ListRobots.Request())
     assert (answer.default_robot, answer.robots) == (str(file), [])
     assert "mine.toml" in planner.log.read_text()
 
@@ -222,11 +221,9 @@ def test_calls_beyond_those_that_may_wait_are_refused_at_once(
     site.planner(*ENDLESS, "-p", "max_calls:=3")
     executive = site.executive()
     executive.give(gap)
-    request_over_gap.time_limit = 1.0
+    request_over_gap.time_limit = 300.0  # none of the others has an answer before
     calls = [executive.start_call(request_over_gap) for _ in range(5)]
-    started = time.monotonic()
-    executive.spin_until(lambda: sum(call.done() for call in calls) == 2, "two refusals", 1.0)
-    assert time.monotonic() - started < 0.9  # none of the others has an answer before
+    executive.spin_until(lambda: sum(call.done() for call in calls) == 2, "two refusals")
     refused = [call.result().result for call in calls if call.done()]
     assert {result.code for result in refused} == {PlanningResult.BUSY}
     assert "3 calls of ~/plan wait already" in refused[0].text

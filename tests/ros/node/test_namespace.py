@@ -30,7 +30,7 @@ def default_robot(site: Site, planner: str) -> str:
     """The robot that a planner takes for requests that name none."""
     executive = site.executive()
     client = executive.node.create_client(ListRobots, f"{planner}/list_robots")
-    executive.spin_until(client.service_is_ready, planner, 30.0)
+    executive.spin_until(client.service_is_ready, planner)
     future = client.call_async(ListRobots.Request())
     executive.spin_until(future.done, "an answer")
     robot: str = future.result().default_robot
@@ -55,5 +55,5 @@ def test_two_robots_share_a_domain(site: Site) -> None:
         mission = ("-p", "scenario:=flat", "-p", "edits:=false", "-p", "rate:=50.0")
         walking.append(site.start("executive", "--ros-args", *named, *mission))
     for executive in walking:
-        assert executive.popen.wait(90.0) == 0, executive.log.read_text()
+        assert executive.popen.wait(240.0) == 0, executive.log.read_text()
     assert [default_robot(site, f"{name}/rbprm_planner") for name in robots] == ["hyq", "go2"]

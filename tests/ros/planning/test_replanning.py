@@ -274,9 +274,9 @@ def test_changes_are_looked_at_while_a_caller_waits_for_a_plan(shared: Site, wal
         walk.executive.spin_until(lambda: walk.status.state == PlannerStatus.PLANNING, "planning")
         for _ in range(6):  # more than replanning.max_restarts
             walk.change(removed=(FAR,))
-            walk.executive.spin_until(lambda: bool(walk.status.invalid_states), "its loss", 5.0)
+            walk.executive.spin_until(lambda: bool(walk.status.invalid_states), "its loss")
             walk.change(next(tile for tile in TILES if tile.id == FAR))
-            walk.executive.spin_until(lambda: not walk.status.invalid_states, "its return", 5.0)
+            walk.executive.spin_until(lambda: not walk.status.invalid_states, "its return")
         assert not call.done()
     finally:
         os.kill(worker, signal.SIGCONT)
