@@ -182,7 +182,7 @@ def _contact(
     points = position + limb.corners @ rotation.T
     rays = np.broadcast_to(cone_generators(rotation, friction), (len(points), 4, 3))
     spots = [spot.name for spot in limb.spots]
-    spot = spots.index(one_of(f"{field}.spot", text.spot, spots)) if text.spot else 0
+    spot = spots.index(one_of(f"{field}.spot", entry.spot, spots)) if entry.spot else 0
     return Contact(index, position, rotation, points, rays, friction, identity, spot)
 
 
