@@ -191,3 +191,16 @@ def test_the_example_plans(
     assert outcome.statistics.time["shortcut"] > 0
     sideways = np.abs(outcome.guide.nodes[:, 1]).max()
     assert (sideways > 0.2) == (low > 0)
+
+
+def test_the_documents_show_the_example() -> None:
+    page = (EXAMPLE.parents[1] / "docs" / "guide.md").read_text()
+    module = (EXAMPLE / "sidestep.py").read_text()
+    for line in (
+        "def sidestep(problem: GuideProblem) -> GuidePlanner:",
+        "    return RootGuidePlanner(problem, SidestepSearch)",
+    ):
+        assert line in module
+        assert line in page
+    assert 'sidestep = "sidestep:sidestep"' in (EXAMPLE / "pyproject.toml").read_text()
+    assert 'sidestep = "sidestep:sidestep"' in page

@@ -89,4 +89,4 @@ def test_an_edge_out_of_bounds_fails(make_ground: Make, flat_scene: Scene) -> No
         for p, r in ((0.25, -0.2), (-0.25, 0.2))
     )
     assert ground.condition.edge_holds(RootSegment(a, b), 10)
-    assert not ground.edges.holds(a, b)  # it yaws on the way
+    assert not ground.edges.holds(a, b)  # the root yaws between the ends

@@ -16,7 +16,7 @@ LEGS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
 FLAT = [[-2, -3, 0], [6, -3, 0], [6, 3, 0], [-2, 3, 0]]
 
 
-def way(z: float, length: float = 3.0) -> GuidePath:
+def straight_path(z: float, length: float = 3.0) -> GuidePath:
     return GuidePath(np.array([[0, 0, z, 0, 0, 0, 1], [length, 0, z, 0, 0, 0, 1.0]]))
 
 
@@ -39,34 +39,34 @@ class Ground:
 
 @pytest.mark.parametrize("z", [0.5, 0.7])
 def test_the_root_rides_at_its_reference_height(hyq_data: RobotData, z: float) -> None:
-    settled = Ground(hyq_data).settle(way(z))
+    settled = Ground(hyq_data).settle(straight_path(z))
     middle = settled.root(settled.length / 2)
     assert middle[2] == pytest.approx(hyq_data.height, abs=5e-3)
-    assert np.array_equal(settled.nodes[0], way(z).nodes[0])
-    assert settled.nodes[-1] == pytest.approx(way(z).nodes[-1])
+    assert np.array_equal(settled.nodes[0], straight_path(z).nodes[0])
+    assert settled.nodes[-1] == pytest.approx(straight_path(z).nodes[-1])
 
 
 def test_a_settled_path_is_valid(hyq_data: RobotData) -> None:
     ground = Ground(hyq_data)
-    settled = ground.settle(way(0.5))
+    settled = ground.settle(straight_path(0.5))
     for a, b in zip(settled.nodes, settled.nodes[1:], strict=False):
         assert ground.edge.holds(a, b)
 
 
 def test_bounds_are_kept(hyq_data: RobotData) -> None:
-    settled = Ground(hyq_data, high=0.52).settle(way(0.5))
+    settled = Ground(hyq_data, high=0.52).settle(straight_path(0.5))
     assert settled.nodes[:, 2].max() <= 0.52 + 1e-6
 
 
 def test_a_short_path_stays(hyq_data: RobotData) -> None:
-    path = way(0.5, 0.1)
+    path = straight_path(0.5, 0.1)
     assert Ground(hyq_data).settle(path) is path
 
 
 def test_the_caller_may_stop_it(hyq_data: RobotData) -> None:
     ground = Ground(hyq_data)
     with pytest.raises(Cancelled):
-        ground.settler.settle(way(0.5), ground.edge, Budget(cancelled=lambda: True))
+        ground.settler.settle(straight_path(0.5), ground.edge, Budget(cancelled=lambda: True))
 
 
 def test_over_a_beam_the_root_goes_to_its_middle(hyq_data: RobotData) -> None:
@@ -83,7 +83,7 @@ def test_over_a_beam_the_root_goes_to_its_middle(hyq_data: RobotData) -> None:
 def test_a_hole_neither_hurries_nor_delays_the_root(hyq_data: RobotData) -> None:
     bank = [[-2, -3, 0], [1, -3, 0], [1, 3, 0], [-2, 3, 0]]
     other = [[1.4, -3, 0], [6, -3, 0], [6, 3, 0], [1.4, 3, 0]]
-    settled = Ground(hyq_data, bank, other).settle(way(0.6))
+    settled = Ground(hyq_data, bank, other).settle(straight_path(0.6))
     assert np.abs(settled.nodes[:, 1]).max() < 1e-6
     assert (np.diff(settled.nodes[:, 0]) > 0).all()
 

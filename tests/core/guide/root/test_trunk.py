@@ -50,7 +50,7 @@ def box_trunk(data: RobotData, half: tuple[float, float, float]) -> list[TrunkPi
 @pytest.mark.parametrize("angle", [0.0, 0.3, 0.8])
 def test_a_thin_wall_is_not_stepped_over(hyq_data: RobotData, angle: float) -> None:
     """A wall of 1 mm that lies between sampled points of the edge."""
-    piece = box_trunk(hyq_data, (0.005, 0.2, 0.1))  # thinner than 5 cm along its way
+    piece = box_trunk(hyq_data, (0.005, 0.2, 0.1))  # 1 cm long
     normal = np.array([np.cos(angle), np.sin(angle), 0.0])
     low = plate(np.array([0.475, 0, 0.5]), normal, 0.02)
     wall = np.concatenate([low, low + 1e-3 * normal])

@@ -1,4 +1,4 @@
-"""Visibility PRM under the reachability condition (RB-PRM)."""
+"""Visibility PRM under the reachability condition (RB-PRM; Park et al. 2016, section II-A)."""
 
 from __future__ import annotations
 
