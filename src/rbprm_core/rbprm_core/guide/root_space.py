@@ -50,7 +50,11 @@ class RootSpace:
         self.joint_low, self.joint_high = joint_low, joint_high
 
     def contains(self, root: Array) -> bool:
-        """True where a root configuration (7 + j,) keeps all bounds."""
+        """True where a root configuration keeps all bounds.
+
+        Args:
+            root: (7 + j,) root configuration.
+        """
         return self.outside(root) == ""
 
     def outside(self, root: Array) -> str:

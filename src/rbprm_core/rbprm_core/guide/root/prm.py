@@ -48,7 +48,13 @@ class PrmSearch(RootSearch):
     def find(
         self, budget: Budget, rng: np.random.Generator, *, direct: bool = True
     ) -> tuple[GuidePath, int]:
-        """See `RootSearch.find`; the number of nodes is that of the roadmap."""
+        """See `RootSearch.find`; the number of nodes is that of the roadmap.
+
+        Args:
+            budget: time limit and cancel flag, checked at every iteration.
+            rng: source of random numbers.
+            direct: True to try the straight segment first.
+        """
         start, goal = self._problem.start, self._problem.goal
         if direct and self._edges.holds(start, goal):
             return GuidePath(np.array([start, goal])), 2

@@ -96,14 +96,22 @@ class Reachability:
         self._avoided = self._avoided[:0]
 
     def avoids(self, roots: Array) -> bool:
-        """True where any of some root configurations (n, 7 + j) is near an avoided one."""
+        """True where any of some root configurations is near an avoided one.
+
+        Args:
+            roots: (n, 7 + j) root configurations.
+        """
         return any(
             float(distance(roots, avoided).min()) < self._avoided_radius
             for avoided in self._avoided
         )
 
     def holds(self, root: Array) -> bool:
-        """True where the condition holds at a root configuration (7 + j,)."""
+        """True where the condition holds at a root configuration.
+
+        Args:
+            root: (7 + j,) root configuration.
+        """
         self._budget.poll()
         return (
             not self.avoids(root[None])

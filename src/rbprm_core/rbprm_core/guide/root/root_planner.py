@@ -57,13 +57,24 @@ class RootGuidePlanner:
         self._settler = Settler(data, scene, problem.required_limbs)
 
     def find(self, budget: Budget, rng: np.random.Generator, *, direct: bool = True) -> GuideResult:
-        """See `GuidePlanner.find`."""
+        """See `GuidePlanner.find`.
+
+        Args:
+            budget: time limit and cancel flag, checked at every iteration.
+            rng: source of random numbers.
+            direct: True to try the straight segment first.
+        """
         path, nodes = self._search.find(budget, rng, direct=direct)
         with self._problem.counters.timed(Stage.SHORTCUT):
             return GuideResult(self._finished(path, budget, rng), nodes)
 
     def avoid(self, root: Array, keep: tuple[Array, ...]) -> None:
-        """See `GuidePlanner.avoid`."""
+        """See `GuidePlanner.avoid`.
+
+        Args:
+            root: (7 + j,) root configuration to avoid.
+            keep: root configurations (7 + j,) that stay valid.
+        """
         self._condition.avoid(root, keep)
 
     def forget(self) -> None:
@@ -71,11 +82,19 @@ class RootGuidePlanner:
         self._condition.forget()
 
     def failure(self, root: Array) -> Failure | None:
-        """See `GuidePlanner.failure`."""
+        """See `GuidePlanner.failure`.
+
+        Args:
+            root: (7 + j,) root configuration.
+        """
         return self._condition.failure(root)
 
     def trunk_failure(self, root: Array) -> Failure | None:
-        """See `GuidePlanner.trunk_failure`."""
+        """See `GuidePlanner.trunk_failure`.
+
+        Args:
+            root: (7 + j,) root configuration.
+        """
         return self._condition.trunk_failure(root)
 
     def _finished(self, path: GuidePath, budget: Budget, rng: np.random.Generator) -> GuidePath:
@@ -88,12 +107,20 @@ class RootGuidePlanner:
 
 
 def rrt_planner(problem: GuideProblem) -> RootGuidePlanner:
-    """The bidirectional RRT at work on a problem."""
+    """The bidirectional RRT at work on a problem.
+
+    Args:
+        problem: problem to work on.
+    """
     return RootGuidePlanner(problem, lambda roots: RrtSearch(roots, problem.options.rrt))
 
 
 def prm_planner(problem: GuideProblem) -> RootGuidePlanner:
-    """The visibility PRM at work on a problem, on a kept roadmap where the problem has a store."""
+    """The visibility PRM at work on a problem, on a kept roadmap where the problem has a store.
+
+    Args:
+        problem: problem to work on.
+    """
 
     def search(roots: RootProblem) -> RootSearch:
         return PrmSearch(roots, _roadmap(problem, roots), problem.options.prm)

@@ -48,11 +48,19 @@ class Tree:
         return len(self) - 1
 
     def nearest(self, node: Array) -> int:
-        """Index of the node nearest to a root configuration (7 + j,)."""
+        """Index of the node nearest to a root configuration.
+
+        Args:
+            node: (7 + j,) root configuration.
+        """
         return int(np.argmin(distance(self._nodes[: len(self)], node)))
 
     def branch(self, index: int) -> list[Array]:
-        """Root configurations (7 + j,) from the tree's first node to the node of an index."""
+        """Root configurations (7 + j,) from the tree's first node to another node.
+
+        Args:
+            index: index of the last node.
+        """
         nodes = []
         while index >= 0:
             nodes.append(self[index].copy())
@@ -79,7 +87,13 @@ class RrtSearch(RootSearch):
     def find(
         self, budget: Budget, rng: np.random.Generator, *, direct: bool = True
     ) -> tuple[GuidePath, int]:
-        """See `RootSearch.find`; the number of nodes is that of both trees."""
+        """See `RootSearch.find`; the number of nodes is that of both trees.
+
+        Args:
+            budget: time limit and cancel flag, checked at every iteration.
+            rng: source of random numbers.
+            direct: True to try the straight segment first.
+        """
         trees = (Tree(self._problem.start), Tree(self._problem.goal))
         iterations = self._options.iterations
         for i in range(iterations):

@@ -45,7 +45,11 @@ class TrunkTest:
         return float(max((row[0] for row in self._levers), default=0.0))
 
     def hits(self, root: Array) -> bool:
-        """True where a piece touches the mesh at a root configuration (7 + j,)."""
+        """True where a piece touches the mesh at a root configuration.
+
+        Args:
+            root: (7 + j,) root configuration.
+        """
         placements = self._kinematics.placements(root)
         return any(self._near(k, placement, 0.0) for k, placement in enumerate(placements))
 
