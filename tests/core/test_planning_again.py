@@ -12,6 +12,7 @@ from rbprm_core.budget import Budget
 from rbprm_core.contacts.along_guide.options import GeneratorOptions
 from rbprm_core.environment import load_scene
 from rbprm_core.errors import InvalidInput
+from rbprm_core.guide.guide_options import GuideOptions
 from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan_conversion.states_to_plan import contact_plan
@@ -90,7 +91,9 @@ def test_polygons_and_a_robot_of_ones_own(toy_data: RobotData, tmp_path: Path) -
         robustness_threshold=2.0,
         seed=3,
         goal_limbs=("lf",),
-        options=PlannerOptions(generator=GeneratorOptions(candidates=20), shortcuts=3),
+        options=PlannerOptions(
+            GuideOptions(shortcuts=3), generator=GeneratorOptions(candidates=20)
+        ),
     )
     first = made(request, toy_data, scene, entry)
     assert len(first.states) > 5

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from rbprm_core.errors import InvalidInput
+from rbprm_core.request import StageNames
 from rbprm_core.robot import Robot, load_description
 from rbprm_core.robot.limb import Limb
 from rbprm_core.scenario import Scenario, known_scenarios, load_scenario, parse_scenario
@@ -172,18 +173,21 @@ def test_surfaces_and_trunk_of_the_scenarios_robot() -> None:
 def test_old_names_of_options_work_with_a_warning() -> None:
     data = {**content(), "options": {"sequence": {"least_step": 0.02}}}
     data["options"]["generator"] = {"most_robust": True}
+    data["options"]["guide"] = {"planner": "prm"}
     data["environment"]["classification"] = {"least_area": 0.01}
     with pytest.warns(FutureWarning) as warned:
         text = parse(data)
     told = [str(warning.message) for warning in warned]
-    assert len(told) == 3
+    assert len(told) == 4
     for old, new in (
         ("options.sequence.least_step", "options.sequence.min_step"),
         ("options.generator.most_robust", "options.generator.accept_below_threshold"),
+        ("options.guide.planner", "stages.guide"),
         ("environment.classification.least_area", "environment.classification.min_area"),
     ):
         assert any(line.startswith(f"{old} is now called {new};") for line in told)
     assert text.options.sequence.min_step == 0.02
+    assert text.stages.guide == "prm"
     assert text.options.generator.accept_below_threshold
     assert text.environment.classification.min_area == 0.01
 
@@ -315,7 +319,9 @@ def test_a_file_that_is_no_toml(tmp_path: Path) -> None:
         ("options.guide.rrt", {"iterations": 0}),
         ("options.guide.prm", {"neighbours": 0}),
         ("options.guide", {"resolution": INF}),
-        ("options.guide", {"planner": "astar"}),
+        ("options.guide", {"search": "astar"}),
+        ("stages", {"guide": 3}),
+        ("stages", {"legs": "rrt"}),
         ("options.sequence", {"step": NAN}),
         ("options.sequence", {"steps": 0.1}),
         ("options.generator", {"candidates": -1}),
@@ -553,3 +559,18 @@ def test_edits_that_cannot_be_done_are_named(text: dict[str, Any], field: str) -
     with pytest.raises(InvalidInput) as caught:
         scenario.edited(scenario.scene(), 0)
     assert caught.value.field == field
+
+
+def test_stages_by_name(hyq: Robot) -> None:
+    data = {**content(), "stages": {"guide": "prm", "contacts": "along_guide"}}
+    assert parse(data).request_for(hyq).stages == StageNames("prm", "along_guide")
+    with pytest.raises(InvalidInput, match="rrt, prm") as caught:
+        parse({**content(), "stages": {"guide": "astar"}}).request_for(hyq)
+    assert caught.value.field == "stages.guide"
+
+
+def test_contradictory_options_name_both_fields(hyq: Robot) -> None:
+    data = {**content(), "options": {"sequence": {"step": 0.05, "min_step": 0.1}}}
+    with pytest.raises(InvalidInput, match=r"options\.sequence\.step = 0\.05") as caught:
+        parse(data).request_for(hyq)
+    assert caught.value.field == "options.sequence.min_step"

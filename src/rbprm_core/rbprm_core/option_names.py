@@ -13,6 +13,7 @@ RENAMED_OPTIONS: Mapping[str, str] = {
     "generator.most_robust": "generator.accept_below_threshold",
     "shortcuts": "guide.shortcuts",
     "settle": "guide.settle",
+    "guide.planner": "stages.guide",
     "sequence.least_step": "sequence.min_step",
     "classification.least_area": "classification.min_area",
 }

@@ -176,7 +176,7 @@ class _Pipeline:
         self._versions.update(HEURISTICS.versions(used))
 
     def _make_guide_planner(self) -> GuidePlanner:
-        request, name = self._request, self._request.guide_planner
+        request, name = self._request, self._request.stages.guide
         problem = GuideProblem(
             data=self._data,
             scene=self._scene,

@@ -125,12 +125,6 @@ class PlanRequest:
         """Minimum raw b0 of a state of the plan, newtons; see `accept_below_threshold`."""
         return 0.0 if self.options.generator.accept_below_threshold else self.robustness_threshold
 
-    @property
-    def guide_planner(self) -> str:
-        """Name of the guide planner: `stages.guide`; if default, `options.guide.planner`."""
-        chosen = self.stages.guide
-        return chosen if chosen != StageNames.guide else self.options.guide.planner
-
     def validated(self, limbs: Sequence[str]) -> PlanRequest:
         """The same request with every value checked, and with arrays and tuples where they belong.
 
@@ -160,8 +154,7 @@ class PlanRequest:
         if self.seed < 0:
             raise InvalidInput("seed", self.seed, "must not be negative")
         check_options(self.options, "options.")
-        GUIDE_PLANNERS.get(self.stages.guide, "stages.guide")
-        CONTACT_PLANNERS.get(self.stages.contacts, "stages.contacts")
+        check_stages(self.stages, "stages.")
         return replace(
             self,
             required_limbs=_known_limbs(self.required_limbs, limbs, "required_limbs"),
@@ -289,6 +282,20 @@ def check_options(options: PlannerOptions, prefix: str = "") -> None:
     if sequence.min_step > sequence.step:
         reason = f"contradicts {prefix}sequence.step = {sequence.step:g}: it must not be larger"
         raise InvalidInput(f"{prefix}sequence.min_step", sequence.min_step, reason)
+
+
+def check_stages(stages: StageNames, prefix: str = "") -> None:
+    """Raise where no implementation has the name given for a stage.
+
+    Args:
+        stages: implementations by stage.
+        prefix: words before the stage in the error, such as "stages.".
+
+    Raises:
+        InvalidInput: an unknown name, or a plug-in that cannot be loaded.
+    """
+    GUIDE_PLANNERS.get(stages.guide, f"{prefix}guide")
+    CONTACT_PLANNERS.get(stages.contacts, f"{prefix}contacts")
 
 
 def _known_limbs(names: Sequence[str], known: Sequence[str], field: str) -> tuple[str, ...]:

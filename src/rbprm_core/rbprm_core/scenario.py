@@ -36,7 +36,7 @@ from rbprm_core.validation import FILE_NAME, Coordinate, Record, naming_fields, 
 
 RobotName = Annotated[str, Field(pattern=FILE_NAME)]
 
-TABLES = {"classification": "environment.classification"}
+TABLES = {"classification": "environment.classification", "stages": "stages"}
 """Table of a scenario that holds an option, by the first part of the option's name; the others are
 in `options`."""
 

@@ -9,7 +9,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from rbprm_core.errors import InvalidInput
 from rbprm_core.guide.root_bounds import BoundsRule
-from rbprm_core.request import PlannerOptions
+from rbprm_core.request import PlannerOptions, StageNames, check_options, check_stages
 from rbprm_core.robot import load_description
 from rbprm_core.scene import Classification
 from rbprm_core.validation import Friction, Robustness
@@ -58,6 +58,7 @@ class Settings:
         autostart: come up active; otherwise the node waits to be configured and activated.
         bounds: how bounds of the root are derived.
         replanning: when surfaces change.
+        stages: which implementation does the work of each stage, in requests that name none.
         planner: options of the planner.
     """
 
@@ -77,6 +78,7 @@ class Settings:
     autostart: bool = True
     bounds: BoundsRule = field(default_factory=BoundsRule)
     replanning: ReplanningOptions = field(default_factory=ReplanningOptions)
+    stages: StageNames = field(default_factory=StageNames)
     planner: PlannerOptions = field(default_factory=PlannerOptions)
 
 
@@ -92,6 +94,8 @@ def parse_settings(nested: dict[str, Any]) -> Settings:
         first = error.errors()[0]
         name = parameter_name(tuple(str(part) for part in first["loc"]))
         raise InvalidInput(name, first["input"], first["msg"]) from error
+    check_options(settings.planner)
+    check_stages(settings.stages, "stages.")
     load_description(settings.robot)
     return settings
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from rbprm_msgs.srv import Plan
 from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import Header
 
+from rbprm_core.check import check_plan
+from rbprm_core.check.violation import Kind
 from rbprm_core.errors import InvalidInput
 from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.placement import Placement
@@ -22,11 +25,12 @@ from rbprm_core.plan_record import (
     Pose,
     RequestEntry,
     RobotEntry,
+    StageNamesEntry,
     StateEntry,
     Statistics,
     SurfaceEntry,
 )
-from rbprm_core.request import PlanRequest
+from rbprm_core.request import PlanRequest, StageNames
 from rbprm_core.scene import make_surface
 from rbprm_ros.conversions import (
     guide_message,
@@ -47,6 +51,7 @@ from rbprm_ros.failure import Failure, failure_of
 from rbprm_ros.settings import Settings, parse_settings
 from rbprm_ros.workers.jobs import RobotChoice
 
+CORE_DATA = Path(__file__).parents[2] / "core" / "data"
 TURNED = (0.0, 0.0, math.sin(0.3), math.cos(0.3))  # by 0.6 rad about z
 LIMBS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
 TORSO = ("torso_1_joint", "torso_2_joint")
@@ -82,6 +87,9 @@ def plan() -> ContactPlan:
             gravity=(0.0, 1.0, -9.0),
             grip_force=7.0,
             goal_limbs=("rf_leg", "lf_leg"),
+            position_tolerance=0.021,
+            orientation_tolerance=0.002,
+            stages=StageNamesEntry(guide="prm", contacts="along_guide"),
         ),
         guide=(pose, pose),
         states=(state,),
@@ -101,6 +109,25 @@ def test_plan_survives_the_messages(plan: ContactPlan) -> None:
     assert guide.poses[1].header.frame_id == "map"
     assert (sequence.goal_limbs, sequence.missing_goal_limbs) == (["rf_leg", "lf_leg"], ["rf_leg"])
     assert plan_of_messages(sequence, guide, plan.environment, statistics) == plan
+
+
+def test_the_tolerance_at_the_goal_is_the_same_over_the_wire() -> None:
+    """A root 1 cm from the goal, as `sequence.root_slack` allows; by default it is 1 mm."""
+    plan = ContactPlan.read(CORE_DATA / "version_1.plan.json")
+    x, y, z = plan.request.goal.position
+    goal = plan.request.goal.model_copy(update={"position": (x + 0.01, y, z)})
+    changes = {"goal": goal, "position_tolerance": 0.011}
+    plan = plan.model_copy(update={"request": plan.request.model_copy(update=changes)})
+    sequence, guide = (
+        across(sequence_message(plan, Header(), "id", 0)),
+        guide_message(plan, Header()),
+    )
+    assert check_plan(plan).valid
+    assert check_plan(plan_of_messages(sequence, guide, plan.environment)).valid
+    assert read_sequence(sequence, max_states=10, limbs=4).request.position_tolerance == 0.011
+    sequence.position_tolerance = 0.0
+    strict = check_plan(plan_of_messages(sequence, guide, plan.environment))
+    assert {violation.kind for violation in strict.violations} == {Kind.GOAL}
 
 
 def test_robot_without_srdf(plan: ContactPlan) -> None:
@@ -156,6 +183,7 @@ def request_made() -> PlanRequest:
         gravity=np.array([0.0, 0.0, -1.62]),
         grip_force=7.0,
         goal_limbs=LIMBS[:2],
+        stages=StageNames(guide="prm"),
     )
 
 
@@ -173,6 +201,7 @@ def test_request_survives_the_messages(request_made: PlanRequest, environment: E
     assert (again.seed, again.robustness_threshold) == (11, 5.0)
     assert (again.gravity.tolist(), again.grip_force) == ([0.0, 0.0, -1.62], 7.0)
     assert again.goal_limbs == LIMBS[:2]
+    assert again.stages == StageNames("prm", "along_guide")
 
 
 def test_joints_planned_with_the_root_reach_the_job(
@@ -218,6 +247,8 @@ def test_joints_that_cannot_be_planned_with_the_root(
         ({"start_limbs": ["lf_leg"] * 100_000}, "start_limbs.1"),
         ({"goal_limbs": ["lf_leg", "rf_leg", "rf_leg"]}, "goal_limbs.2"),
         ({"root_joints": ["lf_haa_joint"] * 100_000}, "root_joints.99999"),
+        ({"guide_planner": "astar"}, "guide_planner"),
+        ({"contact_planner": "astar"}, "contact_planner"),
     ],
 )
 def test_what_a_request_may_not_say(
@@ -242,6 +273,9 @@ def test_defaults_of_a_request(request_made: PlanRequest, environment: Environme
     assert (job.time_limit, job.request.robustness_threshold) == (5.0, 8.0)
     assert (job.request.gravity.tolist(), job.request.grip_force) == ([0.0, 0.0, -9.81], 10.0)
     assert not job.keep_roadmaps
+    assert job.request.stages == StageNames()
+    prm = parse_settings({"stages": {"guide": "prm"}})
+    assert job_of_message(message, prm, environment).request.stages.guide == "prm"
     keeping = parse_settings({"keep_roadmaps": True})
     assert job_of_message(message, keeping, environment).keep_roadmaps
     assert job.request.required_limbs == job.request.start_limbs == LIMBS

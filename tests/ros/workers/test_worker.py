@@ -22,7 +22,7 @@ from rbprm_core.guide.guide_options import GuideOptions
 from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan_record import ContactPlan, SurfaceEntry
-from rbprm_core.request import PlannerOptions, PlanRequest
+from rbprm_core.request import PlannerOptions, PlanRequest, StageNames
 from rbprm_ros.environment.snapshot import Snapshot
 from rbprm_ros.environment.store import Environment
 from rbprm_ros.environment.updates import SurfaceUpdate
@@ -247,10 +247,11 @@ def unread(worker: PlanningWorker) -> int:
 def test_roadmaps_are_kept_where_a_job_asks_for_it(walk: Job) -> None:
     """Round a wall: another seed's search then finds the way that is known already."""
     worker = PlanningWorker(RobotChoice("hyq"), ignore)
-    options = PlannerOptions(guide=GuideOptions(planner="prm", shortcuts=0, settle=False))
+    options = PlannerOptions(guide=GuideOptions(shortcuts=0, settle=False))
     wall = ((1.5, -1.0, 0.0), (1.5, 1.0, 0.0), (1.5, 1.0, 2.0), (1.5, -1.0, 2.0))
     scene = snapshot(strip("ground", -2, 9), SurfaceEntry(id="wall", vertices=wall))
     request = replace(walk.request, goal=Placement.parse((3.0, 0.0, 0.6)), options=options)
+    request = replace(request, stages=StageNames(guide="prm"))
 
     def found(seed: int, keep: bool) -> ContactPlan:
         asked = replace(request, seed=seed)

@@ -13,6 +13,7 @@ from rich.table import Table
 from rbprm_core.budget import MIN_TIME_LIMIT, Budget
 from rbprm_core.check import CheckReport, check_plan, figures
 from rbprm_core.cli.progress import StageBars
+from rbprm_core.contacts.registry import CONTACT_PLANNERS
 from rbprm_core.errors import InvalidInput
 from rbprm_core.guide.registry import GUIDE_PLANNERS
 from rbprm_core.option_names import warn_renamed
@@ -27,7 +28,7 @@ from rbprm_core.planning_input import (
     is_plan_file,
 )
 from rbprm_core.portfolio.portfolio import plan_portfolio
-from rbprm_core.request import PlanRequest
+from rbprm_core.request import PlanRequest, StageNames
 from rbprm_core.robot.data import load_robot_data
 from rbprm_core.validation import finite_number
 
@@ -48,6 +49,11 @@ from rbprm_core.validation import finite_number
     type=click.Choice(sorted(GUIDE_PLANNERS.names())),
     help="Guide planner; the scenario's by default.",
 )
+@click.option(
+    "--contacts",
+    type=click.Choice(sorted(CONTACT_PLANNERS.names())),
+    help="Contact planner; the scenario's by default.",
+)
 @click.option("--time-limit", type=float, help="Seconds; the scenario's by default.")
 @click.option("--robustness", type=float, help="Least raw b0 in newtons instead of the scenario's.")
 @click.option(
@@ -63,6 +69,7 @@ def plan(
     seed: int | None,
     jobs: int,
     guide: str | None,
+    contacts: str | None,
     time_limit: float | None,
     robustness: float | None,
     accept_below_threshold: bool,
@@ -88,8 +95,7 @@ def plan(
     limit = request.time_limit if time_limit is None else time_limit
     limit = finite_number("time_limit", limit, low=MIN_TIME_LIMIT, high=MAX_TIME_LIMIT)
     request = replace(request, time_limit=limit)
-    if guide is not None:
-        request = _guided_by(guide, request)
+    request = _with_stages(request, guide, contacts)
     if accept_below_threshold:
         request = _accept_below_threshold(request)
     scene = given.scene()
@@ -123,9 +129,10 @@ def _input(
     return input_from_plan(ContactPlan.read(scenario), seed, robustness)
 
 
-def _guided_by(planner: str, request: PlanRequest) -> PlanRequest:
-    chosen = replace(request.options.guide, planner=planner)  # type: ignore[arg-type]
-    return replace(request, options=replace(request.options, guide=chosen))
+def _with_stages(request: PlanRequest, guide: str | None, contacts: str | None) -> PlanRequest:
+    stages = request.stages
+    chosen = StageNames(guide or stages.guide, contacts or stages.contacts)
+    return replace(request, stages=chosen)
 
 
 def _accept_below_threshold(request: PlanRequest) -> PlanRequest:

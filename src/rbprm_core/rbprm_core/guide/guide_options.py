@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
@@ -42,8 +42,6 @@ class GuideOptions:
     """Options of the guide (P1).
 
     Attributes:
-        planner: name of the guide planner, "rrt" or "prm"; the roadmap of "prm" can be kept
-            between requests.
         resolution: distance between the points of an edge at which the limbs' reach is tested,
             metres.
         equilibrium: require at every fourth of those points, too, that contacts within the limbs'
@@ -54,7 +52,6 @@ class GuideOptions:
         prm: options of the planner "prm".
     """
 
-    planner: Literal["rrt", "prm"] = "rrt"
     resolution: Step = 0.05
     equilibrium: bool = False
     shortcuts: Annotated[int, Field(ge=0, le=MAX_COUNT)] = 100

@@ -98,7 +98,7 @@ class RequestEntry(RequestFields):
     """
 
     seed: int = 0
-    position_tolerance: float = 1e-3
-    orientation_tolerance: float = 1e-3
+    position_tolerance: Annotated[float, Field(ge=0)] = 1e-3
+    orientation_tolerance: Annotated[float, Field(ge=0)] = 1e-3
     stages: StageNamesEntry = StageNamesEntry()
     options: dict[str, Any] | None = None

@@ -24,6 +24,7 @@ from rbprm_core.plan_record import (
     StateEntry,
     Statistics,
 )
+from rbprm_core.request import END_TOLERANCE
 from rbprm_core.validation import (
     MAX_FRICTION,
     finite_array,
@@ -82,6 +83,10 @@ def sequence_message(
         robustness_threshold=request.robustness_threshold,
         gravity=vector_message(Vector3, request.gravity),
         grip_force=request.grip_force,
+        position_tolerance=request.position_tolerance,
+        orientation_tolerance=request.orientation_tolerance,
+        guide_planner=request.stages.guide,
+        contact_planner=request.stages.contacts,
         goal_limbs=list(request.goal_limbs or ()),
         missing_goal_limbs=list(missing_goal_limbs(plan)) if plan.states else [],
         complete=complete,
@@ -165,6 +170,8 @@ def read_sequence(message: ContactSequence, max_states: int, limbs: int) -> Cont
         robot=message.robot, urdf=message.urdf, srdf=message.srdf, joint_names=message.joint_names,
         start=message.start, goal=message.goal, seed=message.seed, gravity=message.gravity,
         robustness_threshold=message.robustness_threshold, grip_force=message.grip_force,
+        position_tolerance=message.position_tolerance,
+        orientation_tolerance=message.orientation_tolerance,
     )  # fmt: skip
     with naming_fields(FIELDS, "sequence."):
         plan = plan_of_messages(bare, Path(), EnvironmentEntry())
@@ -214,6 +221,16 @@ def _request_entry(message: ContactSequence) -> RequestEntry:
         "gravity": triple(message.gravity),
         "grip_force": message.grip_force or GRIP_FORCE,
         "goal_limbs": tuple(message.goal_limbs) or None,
+        "position_tolerance": message.position_tolerance or END_TOLERANCE,
+        "orientation_tolerance": message.orientation_tolerance or END_TOLERANCE,
+        "stages": {
+            name: value
+            for name, value in (
+                ("guide", message.guide_planner),
+                ("contacts", message.contact_planner),
+            )
+            if value
+        },
     }
     return parse_record(RequestEntry, fields)
 

@@ -19,7 +19,7 @@ from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan_record import GRIP_FORCE, StateEntry
 from rbprm_core.replanning import root_placement
-from rbprm_core.request import GRAVITY, PlanRequest
+from rbprm_core.request import GRAVITY, PlanRequest, StageNames
 from rbprm_core.robot import Robot, known_robots
 from rbprm_core.validation import naming_fields, one_of
 from rbprm_ros.conversions.geometry import (
@@ -46,6 +46,8 @@ FIELDS = {
     **{f"bounds.{axis}.1": "bounds.high" for axis in "xyz"},
     **{f"bounds.{axis}.0": "bounds.low" for axis in "xyz"},
     **{f"gravity.{i}": f"gravity.0.{axis}" for i, axis in enumerate("xyz")},
+    "stages.guide": "guide_planner",
+    "stages.contacts": "contact_planner",
 }
 """Fields of Plan and PlanContacts by those of a `PlanRequest`, where they differ."""
 
@@ -83,6 +85,10 @@ def job_of_message(
         gravity=np.array(triple(message.gravity[0])) if message.gravity else GRAVITY.copy(),
         grip_force=message.grip_force or GRIP_FORCE,
         options=settings.planner,
+        stages=StageNames(
+            message.guide_planner or settings.stages.guide,
+            message.contact_planner or settings.stages.contacts,
+        ),
         time_limit=message.time_limit or settings.time_limit,
     )
     with naming_fields(FIELDS):
@@ -187,6 +193,8 @@ def request_message(
         robustness_threshold=request.robustness_threshold,
         gravity=[vector_message(Vector3, request.gravity)],
         grip_force=request.grip_force,
+        guide_planner=request.stages.guide,
+        contact_planner=request.stages.contacts,
     )
 
 
