@@ -20,6 +20,7 @@ from rbprm_core.errors import (
     RbprmError,
     TimeLimitReached,
 )
+from rbprm_core.failures import Cause, Failure
 from rbprm_core.outcome import Outcome
 from rbprm_core.processes import (
     ChannelClosed,
@@ -86,6 +87,7 @@ class ProcessDied(RbprmError):
 
     def __init__(self, seed: int, returncode: int) -> None:
         self.seed, self.returncode = seed, returncode
+        self.failure = Failure.of(Cause.PROCESS_DIED)
         super().__init__(
             f"the process that planned with seed {seed} died ({exit_text(returncode)})"
         )
