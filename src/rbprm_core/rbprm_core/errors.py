@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rbprm_core.failure_text import (
     GUIDE_REMEDY,
@@ -12,9 +12,6 @@ from rbprm_core.failure_text import (
     sequence_remedy,
 )
 from rbprm_core.failures import Failure
-
-if TYPE_CHECKING:
-    from rbprm_core.plan_record import Statistics
 
 
 class ErrorCode(IntEnum):
@@ -43,14 +40,15 @@ class RbprmError(Exception):
     Attributes:
         code: the way to fail.
         failure: cause and fields of a planning failure; None for errors of another kind.
-        statistics: statistics of the planning that the error ended, None where it ended none.
+        statistics: `rbprm_core.plan_record.Statistics` of the planning that the error ended, None
+            where it ended none.
         states: states of the contact sequence that were found until then, a partial result.
         fraction: share of the guide that these states cover, 0 to 1.
     """
 
     code = ErrorCode.INTERNAL
     failure: Failure | None = None
-    statistics: Statistics | None = None
+    statistics: Any = None
     states: tuple[Any, ...] = ()
     fraction = 0.0
 
