@@ -8,7 +8,7 @@ import numpy as np
 
 from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
-from rbprm_core.statics import Equilibrium, grip_robustness, robustness
+from rbprm_core.statics import Equilibrium, grip_robustness, robustness, robustness_gradient
 
 MIN_CLOSURE = 1e-3
 """Share of the grip force; b0 without weight from which on force closure is beyond rounding."""
@@ -51,3 +51,20 @@ class Stability:
         if self._weightless:
             return grip_robustness(points, generators, self._grip_force)
         return robustness(Equilibrium.of(points, generators, com, self._mass, self._gravity))
+
+    def b0_gradient(self, contacts: Sequence[Contact], com: Array) -> tuple[float, Array]:
+        """Robustness b0 in newtons and a bound (3,) on its change with the centre of mass.
+
+        A displacement d of the centre of mass changes b0 by at most gradient . d. The gradient is
+        zero without weight, and NaN where b0 is not finite.
+
+        Args:
+            contacts: the contacts that carry forces.
+            com: (3,) centre of mass in the planning frame, metres.
+        """
+        if not contacts or self._weightless:
+            return self.b0(contacts, com), np.zeros(3)
+        points = np.concatenate([c.points for c in contacts])
+        generators = np.concatenate([c.generators for c in contacts])
+        problem = Equilibrium.of(points, generators, com, self._mass, self._gravity)
+        return robustness_gradient(problem)

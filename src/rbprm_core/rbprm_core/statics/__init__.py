@@ -4,7 +4,14 @@ The formulation is that of Tonneau et al. 2018, section 5.1.
 """
 
 from rbprm_core.statics.cone import cone_generators
-from rbprm_core.statics.equilibrium import Equilibrium, robustness
+from rbprm_core.statics.equilibrium import Equilibrium, robustness, robustness_gradient
 from rbprm_core.statics.grip import GRIP_FORCE, grip_robustness
 
-__all__ = ["GRIP_FORCE", "Equilibrium", "cone_generators", "grip_robustness", "robustness"]
+__all__ = [
+    "GRIP_FORCE",
+    "Equilibrium",
+    "cone_generators",
+    "grip_robustness",
+    "robustness",
+    "robustness_gradient",
+]

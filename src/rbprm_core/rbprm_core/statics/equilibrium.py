@@ -17,7 +17,7 @@ import numpy as np
 
 from rbprm_core.arrays import Array
 from rbprm_core.errors import InvalidInput
-from rbprm_core.statics.linear_program import max_min_coefficient
+from rbprm_core.statics.linear_program import max_min_coefficient, max_min_dual
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,9 +89,38 @@ def robustness(problem: Equilibrium) -> float:
     """
     if problem.generators.shape[1] == 0:
         return -np.inf
+    weight = _weight(problem)
+    return weight * max_min_coefficient(problem.generators, problem.wrench / weight)
+
+
+def robustness_gradient(problem: Equilibrium) -> tuple[float, Array]:
+    r"""Return $b_0$ in newtons and a bound on its change with the centre of mass.
+
+    With the dual solution $\nu = (a, b)$ of equation (9) and the force $F = -m g$, a displacement
+    $d$ of the centre of mass changes $b_0$ by at most $(F \times b) \cdot d$.
+
+    Args:
+        problem: contacts and weight of the robot, moments about the centre of mass.
+
+    Returns:
+        $b_0$ as `robustness` returns it, and the gradient $F \times b$ (3,) in newtons a metre, NaN
+        where $b_0$ is not finite.
+
+    Raises:
+        InvalidInput: the robot has no weight.
+    """
+    if problem.generators.shape[1] == 0:
+        return -np.inf, np.full(3, np.nan)
+    weight = _weight(problem)
+    optimum, dual = max_min_dual(problem.generators, problem.wrench / weight)
+    return weight * optimum, np.cross(problem.wrench[:3], dual[3:])
+
+
+def _weight(problem: Equilibrium) -> float:
+    """Largest component of the weight, newtons."""
     weight = float(np.abs(problem.wrench).max())
     if weight == 0.0:
         raise InvalidInput(
             "gravity", 0.0, "must not be zero: `grip_robustness` is for robots without weight"
         )
-    return weight * max_min_coefficient(problem.generators, problem.wrench / weight)
+    return weight

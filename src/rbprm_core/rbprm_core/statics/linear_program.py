@@ -21,6 +21,28 @@ OPTIMAL, INFEASIBLE, UNBOUNDED = 1, -1, -3  # exit flags of DAQP
 BALANCED = 1e-9  # residuals of the balance below this share of the target are rounding
 
 
+def max_min_dual(matrix: Array, target: Array) -> tuple[float, Array]:
+    r"""Return the optimum of `max_min_coefficient` and the dual solution $\nu$.
+
+    The dual solution is feasible for every target, so that $t'^T \nu$ bounds the optimum of
+    another target $t'$ from above.
+
+    Args:
+        matrix: (r, n) matrix $A$.
+        target: (r,) vector $t$, of the order of magnitude of the entries of $A$.
+
+    Returns:
+        The optimum, and $\nu$ (r,), NaN where the optimum is not finite.
+
+    Raises:
+        RbprmError: the solver gave no answer.
+    """
+    flag, optimum, solution = _solve_dual(matrix, target)
+    if flag == OPTIMAL and optimum > -1 / BALANCED:
+        return optimum, solution
+    return max_min_coefficient(matrix, target), np.full(len(target), np.nan)
+
+
 def max_min_coefficient(matrix: Array, target: Array) -> float:
     r"""Return the largest $b$ for which some $\beta \geq b \mathbf{1}$ solves $A \beta = t$.
 
@@ -35,13 +57,13 @@ def max_min_coefficient(matrix: Array, target: Array) -> float:
     Raises:
         RbprmError: the solver gave no answer.
     """
-    flag, optimum = _solve_dual(matrix, target)
+    flag, optimum, _ = _solve_dual(matrix, target)
     if flag not in (OPTIMAL, INFEASIBLE, UNBOUNDED):
         # Dependent rows, as those of contacts on one line, can make the solver cycle.
         matrix, target = _independent_rows(matrix, target)
         if not np.isfinite(target).all():
             return -np.inf
-        flag, optimum = _solve_dual(matrix, target)
+        flag, optimum, _ = _solve_dual(matrix, target)
     if flag == OPTIMAL:
         # An optimum this low means a contradiction that rounding has hidden.
         return optimum if optimum > -1 / BALANCED else -np.inf
@@ -52,8 +74,8 @@ def max_min_coefficient(matrix: Array, target: Array) -> float:
     raise RbprmError(f"the equilibrium problem was not solved: DAQP ended with flag {flag}")
 
 
-def _solve_dual(matrix: Array, target: Array) -> tuple[int, float]:
-    """Return the exit flag of DAQP and the optimum of the dual."""
+def _solve_dual(matrix: Array, target: Array) -> tuple[int, float, Array]:
+    """Return the exit flag of DAQP, the optimum of the dual, and its solution (r,)."""
     rows, count = matrix.shape
     constraints = np.empty((count + 1, rows))
     constraints[:count] = matrix.T
@@ -64,8 +86,10 @@ def _solve_dual(matrix: Array, target: Array) -> tuple[int, float]:
     sense[count] = EQUALITY
     # Without eliminating the equality first, DAQP wrongly calls 3 % of the problems with three
     # contacts unbounded.
-    _, optimum, flag, _ = daqp.solve(None, target, constraints, upper, lower, sense, eq_reduction=1)
-    return int(flag), float(optimum)
+    solution, optimum, flag, _ = daqp.solve(
+        None, target, constraints, upper, lower, sense, eq_reduction=1
+    )
+    return int(flag), float(optimum), solution
 
 
 def _independent_rows(matrix: Array, target: Array) -> tuple[Array, Array]:
