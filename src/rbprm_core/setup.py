@@ -33,7 +33,8 @@ setup(
         "hpp-environments>=6,<10",  # the papers' environments
         "numpy>=2.0,<3",
         "scipy>=1.13,<2",  # convex hulls; the check's LP (HiGHS)
-        "daqp>=0.7.2,<1",  # the statics LP: small, dense, active set
+        "daqp>=0.11,<1",  # the statics LP and the posture QP: small, dense, active set
+        "qpsolvers[daqp]>=4.4,<5",  # the posture QP by the name of a solver
         "trimesh>=4.4,<6",  # mesh files, coplanar facets
         "networkx>=3,<4",  # graph functions that trimesh needs for facets
         "shapely>=2.0.4,<3",  # validity of polygons, outlines of merged facets
@@ -49,6 +50,8 @@ setup(
     ],
     extras_require={
         "dask": ["distributed>=2025.1"],  # campaigns over machines
+        "osqp": ["qpsolvers[osqp]"],  # other solvers of the posture QP, by name
+        "proxqp": ["qpsolvers[proxqp]"],
         "test": ["pytest"],
     },
     entry_points={"console_scripts": ["rbprm = rbprm_core.cli.main:main"]},

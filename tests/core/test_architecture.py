@@ -35,7 +35,6 @@ CORE_ROWS = (  # from the ground up; a room may import rooms of the rows before 
     {"calibration", "plan_conversion", "scenario"},
     {"planner", "planning_input"},
     {"portfolio", "replanning"},
-    {"api"},
     {FACE},
     {"bench"},
     {"cli"},

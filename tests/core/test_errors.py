@@ -78,6 +78,22 @@ EXAMPLES = {
         Failure.of(Cause.NO_START_LIMBS),
         "no limb is requested to be in contact",
     ),
+    Cause.CONTACT_NOT_REACHED: (
+        Failure.of(Cause.CONTACT_NOT_REACHED, "lf", distance=0.0125),
+        "limb lf stays 0.013 m away from its contact",
+    ),
+    Cause.SELF_COLLISION: (
+        Failure.of(Cause.SELF_COLLISION, "lf", body="lf_shank_0 and lh_shank_0"),
+        "bodies lf_shank_0 and lh_shank_0 collide",
+    ),
+    Cause.TORQUE_LIMIT: (
+        Failure.of(Cause.TORQUE_LIMIT, body="lf_kfe_joint", ratio=1.254, limit=1.0),
+        "joint lf_kfe_joint needs 1.25 of its effort limit, 1 is allowed",
+    ),
+    Cause.TASK_NOT_MET: (
+        Failure.of(Cause.TASK_NOT_MET, body="trunk upright", violation=0.0125),
+        "task trunk upright is violated by 0.013",
+    ),
     Cause.NO_CANDIDATE: (
         Failure.of(Cause.NO_CANDIDATE, "lf"),
         "limb lf finds no contact (no candidate near a surface)",

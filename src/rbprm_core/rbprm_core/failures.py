@@ -45,6 +45,17 @@ class Cause(IntEnum):
     NO_START_LIMBS = 26
     """No limb is requested to be in contact."""
 
+    CONTACT_NOT_REACHED = 27
+    """A limb does not reach its contact in any posture found. Field: limb; figure: distance in
+    metres, where an error of a radian counts as a metre."""
+    SELF_COLLISION = 28
+    """Two bodies of the robot collide. Fields: body (both names), limb."""
+    TORQUE_LIMIT = 29
+    """The contact forces need too large torques. Fields: body (name of the joint); figures: ratio
+    and limit, shares of the joint's effort limit."""
+    TASK_NOT_MET = 30
+    """A task of the user is not met. Fields: body (name of the task); figure: violation."""
+
     # Contact of one limb, 40 to 59
     NO_CANDIDATE = 40
     """No sample of the limb is near a surface. Field: limb."""

@@ -51,11 +51,7 @@ class Placement:
 
     @staticmethod
     def of(transform: pin.SE3) -> Placement:
-        """The placement of a pinocchio transform.
-
-        Args:
-            transform: pose of one frame in another, positions in metres.
-        """
+        """The placement of a pinocchio transform."""
         quaternion = pin.Quaternion(transform.rotation)
         quaternion.normalize()
         return Placement(transform.translation.copy(), quaternion.coeffs().copy())

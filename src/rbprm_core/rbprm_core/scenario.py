@@ -43,8 +43,7 @@ in `options`."""
 FIELDS = {"options": "options", "stages": "stages", "seed": "seed"}
 """Fields of a `PlanRequest` that a scenario has outside of its table `request`."""
 
-MISSPELT = 0.9
-"""Ratio of difflib from which on a name counts as a misspelt one: one letter in five differs."""
+SLIP = 0.9  # difflib's ratio from which on a name is one misspelt: a letter more or less in five
 
 
 class PoseText(Pose, extra="forbid"):
@@ -89,12 +88,7 @@ else:
 
 
 class TrunkText(Record):
-    """A trunk volume $W_0$ that differs from the robot file's, see `VolumeSettings`.
-
-    Attributes:
-        links: names of the links that make the volume; the robot file's where None.
-        scale: factor by which their hulls are scaled; the robot file's where None.
-    """
+    """Another trunk volume W0 than the robot file's; see `VolumeSettings`."""
 
     links: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
     scale: Annotated[float, Field(ge=1, le=MAX_SCALE)] | None = None
@@ -109,13 +103,7 @@ class SurfaceText(SurfaceEntry, extra="forbid"):
 
 
 class EnvironmentText(Record):
-    """The environment.
-
-    Attributes:
-        meshes: meshes, which are cut into contact surfaces.
-        surfaces: polygons that are contact surfaces.
-        classification: how normals decide what a surface is used for.
-    """
+    """Meshes, polygons, and how normals decide what a surface is good for."""
 
     meshes: tuple[MeshText, ...] = ()
     surfaces: tuple[SurfaceText, ...] = ()
@@ -123,13 +111,11 @@ class EnvironmentText(Record):
 
 
 class EditText(Record):
-    """A change of the environment during execution.
+    """A change of the environment while the robot walks.
 
     Attributes:
-        name: name of the change, for reports.
-        at: share of the sequence's states that are executed before the change, 0 to 1.
-        surfaces: polygons that are added (new ids) or changed (known ids).
-        removed: ids of the surfaces that are removed.
+        name: for people. at: share of the sequence's states that are executed when it happens.
+        surfaces: added (a new id) or changed (a known id). removed: ids.
     """
 
     name: str
@@ -139,23 +125,15 @@ class EditText(Record):
 
 
 class Scenario(Record):
-    """The content of a scenario file.
+    """A scenario as its file says it.
 
     Attributes:
-        name: name of the scenario.
-        robot: known name or path of the robot file of the scenario's own robot.
-        limbs: names of the limbs of that robot that make contact; its default ones where None.
-        root_joints: names of the joints of that robot planned with the root; the robot file's
-            choice where None.
-        heuristics: weights of heuristics by name of limb; other limbs keep the robot file's.
-        surfaces: kinds of surface by name of limb; other limbs keep the robot file's.
-        trunk: trunk volume of that robot.
-        environment: meshes and polygons.
-        request: start, goal and conditions.
-        options: options of the planner.
-        stages: implementations by stage.
-        robots: fields of the request that differ for other robots, by name of robot.
-        edits: changes of the environment, each after those before.
+        limbs: names of the scenario's robot's limbs that make contact; None for its default ones.
+        root_joints: joints of that robot planned with the root; None for its own choice.
+        heuristics, surfaces: of that robot's limbs, by name of limb; the others keep the robot
+            file's.
+        trunk: that robot's volume W0, where it is not the robot file's.
+        edits: changes of the environment, each on top of those before.
     """
 
     name: Annotated[str, Field(pattern=FILE_NAME)]
@@ -173,12 +151,10 @@ class Scenario(Record):
     edits: tuple[EditText, ...] = ()
 
     def load_robot(self, robot: str | None = None) -> Robot:
-        """The robot with the limbs, heuristics, surfaces and trunk that the scenario chooses.
-
-        Another robot keeps the choices of its own file.
+        """The robot with the limbs that the scenario uses.
 
         Args:
-            robot: known name or path of a robot file; the scenario's own robot where None.
+            robot: a known name or a file, instead of the scenario's own robot.
 
         Raises:
             InvalidInput: see `load_description`, `RobotDescription.using` and `Robot.load`;
@@ -197,15 +173,13 @@ class Scenario(Record):
     def request_for(
         self, robot: Robot, seed: int = 0, robustness_threshold: float | None = None
     ) -> PlanRequest:
-        """The validated request for a robot.
+        """The request for a robot, which need not be the scenario's own.
 
         Args:
-            robot: the scenario's own robot, or another one.
-            seed: seed of the random generator.
-            robustness_threshold: minimum raw b0 in newtons; the file's where None.
+            seed: of everything random. robustness_threshold: newtons, instead of the file's.
 
         Raises:
-            InvalidInput: see `PlanRequest.validated`; fields are named as in the file.
+            InvalidInput: a limb that the robot does not have, empty bounds, a bad quaternion.
         """
         fields: RequestFields = self.request_text(robot.name)
         names = FIELDS
@@ -222,15 +196,12 @@ class Scenario(Record):
             )
 
     def request_text(self, robot: str) -> RequestText:
-        """The request as the file holds it for a robot.
-
-        Args:
-            robot: name of the robot.
+        """The request as the file says it for a robot.
 
         Raises:
             InvalidInput: the file has changes for a robot whose name is a known one misspelt.
         """
-        # Other names may belong to a user's own robots, which are known by their files alone.
+        # Other names may be of robots of the user's own, which are known by their files alone.
         for name in self.robots:
             meant = None if name == robot else _misspelt(name)
             if meant is not None:
@@ -258,10 +229,6 @@ class Scenario(Record):
     def edited(self, scene: Scene, edit: int) -> Scene:
         """A scene after one of the scenario's edits.
 
-        Args:
-            scene: scene before the edit.
-            edit: index of the edit.
-
         Raises:
             InvalidInput: a polygon that cannot be used, a removed id that is not there.
         """
@@ -276,10 +243,7 @@ def known_scenarios() -> dict[str, Path]:
 
 
 def load_scenario(scenario: str) -> Scenario:
-    """The scenario of a known name or of a file.
-
-    Args:
-        scenario: known name, or path of a scenario file.
+    """A scenario by a known name or by the path of a file.
 
     Raises:
         InvalidInput: unknown scenario, unreadable file, or a field at fault.
@@ -288,7 +252,7 @@ def load_scenario(scenario: str) -> Scenario:
 
 
 def parse_scenario(data: dict[str, Any]) -> Scenario:
-    """The scenario of a file's content; options may have their old names.
+    """A scenario from the content of its file; options may have their old names.
 
     Args:
         data: tables of the file.
@@ -307,13 +271,13 @@ def _place(option: str) -> str:
 
 
 def _misspelt(name: str) -> str | None:
-    """The known robot that a misspelt name means; None for a known name, or for none like it."""
+    """The known robot whose name a name is nearly, but is not."""
     known = known_robots()
     if name in known:
         return None
     # Another number is another robot.
     numbered = [other for other in known if _digits(other) == _digits(name)]
-    return next(iter(get_close_matches(name.lower(), numbered, 1, MISSPELT)), None)
+    return next(iter(get_close_matches(name.lower(), numbered, 1, SLIP)), None)
 
 
 def _digits(name: str) -> list[str]:

@@ -7,39 +7,26 @@ on the smaller one (Escande et al. 2013, section 4.2).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol
 
 from rbprm_core.arrays import Array
-from rbprm_core.body.contact import Contact
 from rbprm_core.body.state import State
 from rbprm_core.body.whole_body import WholeBody
-from rbprm_core.budget import Budget
 from rbprm_core.failures import Failure
-
-
-@dataclass(frozen=True, eq=False)
-class PostureProblem:
-    """Input of a posture generator.
-
-    Attributes:
-        contacts: contacts whose geometry the posture has to satisfy.
-        supporting: the contacts that carry the robot, a subset of `contacts`.
-        min_robustness: raw b0 on the supporting contacts, newtons.
-        reference: (nq,) configuration that the posture should be near.
-    """
-
-    contacts: tuple[Contact, ...]
-    supporting: tuple[Contact, ...]
-    min_robustness: float
-    reference: Array
+from rbprm_core.posture.problem import PostureProblem
+from rbprm_core.robot.data import RobotData
+from rbprm_core.scene import Scene
 
 
 class PostureGenerator(Protocol):
     """A posture generator for one robot in one scene."""
 
     def solve(self, problem: PostureProblem, start: Array) -> State | Failure:
-        """A posture that satisfies a problem, or why none was found.
+        """A posture that satisfies a problem, or the failure of the search.
+
+        The state has all contacts of the problem, the free ones where they were placed; its
+        robustness is that on the supporting contacts.
 
         Args:
             problem: the problem.
@@ -52,13 +39,36 @@ class PostureSetting:
     """What a posture generator is made for.
 
     Attributes:
+        data: the robot with its precomputed data.
+        scene: the environment.
         body: whole-body queries of the robot in the scene.
-        budget: time limit and cancel flag, polled often.
+        gravity: (3,) gravity in the planning frame, m/s^2.
     """
 
+    data: RobotData
+    scene: Scene
     body: WholeBody
-    budget: Budget = field(default_factory=Budget)
+    gravity: Array
 
 
-PostureGeneratorFactory = Callable[[PostureSetting], PostureGenerator]
+@dataclass(frozen=True)
+class PostureOptions:
+    """Options of the posture generators.
+
+    Attributes:
+        margin: smallest distance between bodies, and between bodies and the environment, metres.
+        max_steps: largest number of steps of the solver.
+        criterion_steps: steps taken to reduce the criterion once the constraints are satisfied.
+        max_step: largest change of a coordinate in one step, metres or radians.
+        qp_solver: solver of the quadratic programs: daqp, osqp or proxqp.
+    """
+
+    margin: float = 1e-3
+    max_steps: int = 12
+    criterion_steps: int = 0
+    max_step: float = 0.3
+    qp_solver: str = "daqp"
+
+
+PostureGeneratorFactory = Callable[[PostureSetting, PostureOptions], PostureGenerator]
 """Makes a posture generator for one robot in one scene."""

@@ -1,0 +1,1 @@
+"""Constraints of posture problems; each file one."""
