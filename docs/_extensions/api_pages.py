@@ -1,5 +1,5 @@
-"""Pages of the API: one for each package of rbprm_core, one for its single modules, one for the
-client of the node.
+"""Pages of the API: the public names of rbprm_core, a page for each of its packages, one for its
+single modules, one for the client of the node.
 
 The pages are written into docs/api before the build, from the modules that there are.
 """
@@ -40,6 +40,13 @@ def page(title: str, names: list[str]) -> str:
     return "\n".join(text)
 
 
+def public_page() -> str:
+    """The text of the page with the names in `rbprm_core.__all__`."""
+    title = f"{PACKAGE}: public names"
+    options = ["   :members:", "   :imported-members:", "   :no-index:", ""]
+    return "\n".join([title, "=" * len(title), "", f".. automodule:: {PACKAGE}", *options])
+
+
 def _write(app: Sphinx) -> None:
     folder = Path(app.srcdir) / "api"
     folder.mkdir(exist_ok=True)
@@ -48,7 +55,9 @@ def _write(app: Sphinx) -> None:
         for name, found in modules().items()
     }
     pages["client.rst"] = page("rbprm_ros.client", [CLIENT])
-    entries = "\n".join(f"   {Path(name).stem}" for name in sorted(pages))
+    names = [f"   {Path(name).stem}" for name in sorted(pages)]
+    pages[f"{PACKAGE}.rst"] = public_page()
+    entries = "\n".join([f"   {PACKAGE}", *names])
     pages["index.rst"] = f"API\n===\n\n.. toctree::\n\n{entries}\n"
     for stale in folder.glob("*.rst"):
         if stale.name not in pages:

@@ -36,11 +36,27 @@ def translated(line: str) -> str:
     return INLINE.sub(one, line)
 
 
-def _translate(app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+def marked(lines: list[str]) -> list[str]:
+    """Translated lines, with a directive before each block of code.
+
+    Code is indented in Markdown; what is indented below a section, such as "Args:", is none.
+    """
+    result: list[str] = []
+    section = code = False
     for number, line in enumerate(lines):
-        if re.search(r"[\x00-\x08\x0b-\x1f]", line):
-            logger.warning("%s: a formula loses its backslashes; write r-strings", name)
-        lines[number] = translated(line)
+        if line and not line.startswith(" "):
+            section, code = bool(re.fullmatch(r"\w+:", line)), False
+        elif line.startswith("    ") and not section and not code and not lines[number - 1]:
+            result += [".. code-block:: python", ""]
+            code = True
+        result.append(line if code else translated(line))
+    return result
+
+
+def _translate(app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+    if any(re.search(r"[\x00-\x08\x0b-\x1f]", line) for line in lines):
+        logger.warning("%s: a formula loses its backslashes; write r-strings", name)
+    lines[:] = marked(lines)
     # Napoleon takes what precedes a colon in "Returns:" for the type; the first colon ends it.
     for number, line in enumerate(lines[1:], 1):
         if lines[number - 1].strip() in ("Returns:", "Yields:"):
@@ -56,7 +72,21 @@ def _escape_types(
             lines[number] = re.sub(r"(?<=\w)_(?!\w)", r"\\_", line)
 
 
-def _alias_names(
+def without_annotations(text: str) -> str:
+    """A signature with the types alone where they are annotated with ranges."""
+    while (start := text.find("Annotated[")) >= 0:
+        depth = comma = end = 0
+        for end in range(start + len("Annotated"), len(text)):
+            depth += (text[end] in "[(") - (text[end] in "])")
+            if depth == 1 and text[end] == "," and not comma:
+                comma = end
+            if depth == 0:
+                break
+        text = text[:start] + text[start + len("Annotated[") : comma] + text[end + 1 :]
+    return text
+
+
+def _readable_types(
     app: Sphinx,
     what: str,
     name: str,
@@ -65,9 +95,9 @@ def _alias_names(
     arguments: str | None,
     result: str | None,
 ) -> tuple[str | None, str | None]:
-    """Write type aliases by their names: Sphinx 9 shows its placeholder in unions."""
+    """Write type aliases by their names (Sphinx 9 shows its placeholder in unions), plain types."""
     named = [
-        text and re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", text)
+        text and without_annotations(re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", text))
         for text in (arguments, result)
     ]
     return named[0], named[1]
@@ -76,5 +106,5 @@ def _alias_names(
 def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("autodoc-process-docstring", _translate, priority=400)  # napoleon: 500
     app.connect("autodoc-process-docstring", _escape_types, priority=600)
-    app.connect("autodoc-process-signature", _alias_names)
+    app.connect("autodoc-process-signature", _readable_types)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
