@@ -14,7 +14,7 @@ export PYTHON
 
 REQUIREMENTS := $(wildcard requirements/*.txt) $(wildcard src/rbprm_core/setup.py src/rbprm_core/pyproject.toml)
 INTERFACES   := $(shell find msg_defs -name '*~' -prune -o -print)
-PACKAGING    := $(wildcard src/*/package.xml src/*/setup.py src/*/setup.cfg src/rbprm_ros/launch/* src/rbprm_ros/config/*)
+PACKAGING    := $(wildcard src/*/package.xml src/*/pyproject.toml src/*/setup.py src/*/setup.cfg src/rbprm_ros/launch/* src/rbprm_ros/config/*)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:

@@ -19,7 +19,7 @@ SOURCES = Path(__file__).resolve().parents[2] / "src"
 FACE = "rbprm_core"  # the package itself
 
 CORE_ROWS = (  # from the ground up; a room may import rooms of the rows before its own
-    {"arrays", "cache", "failures", "stages", "surface_kind"},
+    {"arrays", "cache", "failures", "stages", "surface_kind", "version"},
     {"failure_text"},
     {"errors"},
     {"budget", "counters", "files", "option_names", "registry", "resources", "statics"},
@@ -35,6 +35,7 @@ CORE_ROWS = (  # from the ground up; a room may import rooms of the rows before 
     {"calibration", "plan_conversion", "scenario"},
     {"planner", "planning_input"},
     {"portfolio", "replanning"},
+    {"api"},
     {FACE},
     {"bench"},
     {"cli"},

@@ -27,7 +27,6 @@ OLD_NAMES = {  # files with the old names of options, which are still accepted
     "src/rbprm_core/rbprm_core/option_names.py",
 }
 NOT_CLEANED = {
-    "CHANGELOG.md",
     "msg_defs/rbprm_msgs/msg/ContactSequence.msg",
     "msg_defs/rbprm_msgs/msg/PlanStatistics.msg",
     "msg_defs/rbprm_msgs/msg/PlannerStatus.msg",

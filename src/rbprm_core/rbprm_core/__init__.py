@@ -36,8 +36,7 @@ if TYPE_CHECKING:
     from rbprm_core.request import PlannerOptions
     from rbprm_core.robot import Robot
     from rbprm_core.scene import Classification
-
-    __version__: str
+    from rbprm_core.version import __version__
 
 __all__ = [
     "CheckReport",
@@ -78,20 +77,16 @@ _MODULES = {
     "PlannerOptions": "request",
     "Robot": "robot",
     "RootBounds": "guide.root_space",
+    "__version__": "version",
 }
 """Module below this package that holds each name."""
 
 
 def __getattr__(name: str) -> Any:
     """A public name, loaded at first use."""
-    if name == "__version__":
-        from importlib.metadata import version
-
-        value: Any = version("rbprm_core")
-    elif name in _MODULES:
-        value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
-    else:
+    if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
     globals()[name] = value
     return value
 

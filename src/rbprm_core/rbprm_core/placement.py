@@ -51,7 +51,11 @@ class Placement:
 
     @staticmethod
     def of(transform: pin.SE3) -> Placement:
-        """The placement of a pinocchio transform."""
+        """The placement of a pinocchio transform.
+
+        Args:
+            transform: pose in the planning frame, translation in m.
+        """
         quaternion = pin.Quaternion(transform.rotation)
         quaternion.normalize()
         return Placement(transform.translation.copy(), quaternion.coeffs().copy())

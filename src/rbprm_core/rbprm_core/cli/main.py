@@ -18,13 +18,14 @@ from rbprm_core.cli.plan import plan
 from rbprm_core.cli.replan import replan
 from rbprm_core.cli.view import view
 from rbprm_core.errors import ErrorCode, RbprmError
+from rbprm_core.version import __version__
 
 EXIT_INTERNAL = 70
 EXIT_INTERRUPTED = 130
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="rbprm_core")
+@click.version_option(__version__, prog_name="rbprm")
 def cli() -> None:
     """Plan acyclic multi-contact sequences for legged robots.
 
