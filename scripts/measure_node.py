@@ -111,7 +111,7 @@ def walk(
     """The edits of one walk: what came of each, and what the check says against the rest."""
     perception = Perception(session.node, scenario, session.name, "map")
     session.wait(perception.heard, "subscriber of the surfaces")
-    session.see(perception.see_all)
+    session.see(perception.publish_all)
     request = scenario.request_for(scenario.load_robot(), seed)
     session.plan(request_message(request, scenario.robot, scenario.request.time_limit))
     scene = scenario.scene()
@@ -120,7 +120,7 @@ def walk(
         session.execute(max(session.executed, int(edit.at * count)))
         scene = scenario.edited(scene, k)
         session.version += 1
-        reaction = session.react(lambda edit=edit: perception.see_edit(edit))
+        reaction = session.react(lambda edit=edit: perception.publish_edit(edit))
         yield reaction, () if reaction.failed else faults(session, scene)
         if reaction.failed:
             return

@@ -1,7 +1,7 @@
 """Write the commented parameter file of each robot: src/rbprm_ros/config/ROBOT.yaml.
 
-Run in the workspace (scripts/in_workspace.sh) after an option was added or its text changed; a test
-compares the files with what this gives.
+Run it in the workspace (scripts/in_workspace.sh) after an option was added or its description has
+changed; a test compares the files with the output of this script.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from rbprm_ros.node.parameters import MAX_FLOAT, MAX_INTEGER, Option, parameter_
 FOLDER = Path(__file__).resolve().parents[1] / "src" / "rbprm_ros" / "config"
 WIDTH = 96
 
-# Least b0, newtons: a fiftieth of the weight or less, as the scenarios of each robot ask for.
+# Minimum b0, newtons: a fiftieth of the weight or less, as in the scenarios of each robot.
 ROBOTS = {"hyq": 10.0, "anymal": 3.5, "go2": 2.0, "talos": 2.0, "g1": 2.0, "allegro": 0.0}
 
-# Lengths of a hand, not of a walking robot, as the scenario `pen` has them.
+# Options of a hand, whose lengths are smaller, as in the scenario `pen`.
 OTHERS = {
     "allegro": {
         "classification.min_area": 0.0,
@@ -37,17 +37,17 @@ OTHERS = {
 
 
 def text_of(robot: str) -> str:
-    """The file of a robot."""
+    """The parameter file of a robot."""
     others = OTHERS.get(robot, {})
     own = {"robot": robot, "robustness_threshold": ROBOTS[robot], **others}
-    lengths = ", and for lengths of a hand," if others else ""
+    hand = ", and options of a hand," if others else ""
     lines = [
-        f"# Parameters of the planner's node for {robot}. All are optional; but for `robot` and",
-        f"# `robustness_threshold`{lengths} they stand here as they are without this file.",
+        f"# Parameters of the planner's node for {robot}. All are optional. Except for `robot` and",
+        f"# `robustness_threshold`{hand} the values are the defaults.",
         "#",
         f"#     ros2 run rbprm_ros planner_node --ros-args --params-file {robot}.yaml",
         "",
-        "/**:  # whatever namespace and name the node has",
+        "/**:  # any namespace and name of the node",
         "  ros__parameters:",
     ]
     for option in parameter_options():
@@ -64,9 +64,9 @@ def entry(option: Option, value: object) -> list[str]:
 
 
 def bounds(option: Option) -> str:
-    """The range, where there is one."""
+    """The range in words; "" where there is none."""
     if option.descriptor.read_only:
-        return "Only at the start."
+        return "Read-only."
     for ranges in (option.descriptor.floating_point_range, option.descriptor.integer_range):
         for span in ranges:
             if span.to_value in (MAX_FLOAT, MAX_INTEGER):
@@ -76,7 +76,7 @@ def bounds(option: Option) -> str:
 
 
 def written(value: object) -> str:
-    """A value in YAML."""
+    """A value as YAML."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):

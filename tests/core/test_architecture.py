@@ -41,7 +41,7 @@ CORE_ROWS = (  # from the ground up; a room may import rooms of the rows before 
     {"cli"},
 )
 ROS_ROWS = (
-    {"failure", "rclpy_utils", "settings"},
+    {"errors", "rclpy_utils", "settings"},
     {"environment"},
     {"workers"},
     {"planning"},

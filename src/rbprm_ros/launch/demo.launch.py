@@ -1,8 +1,8 @@
-"""A planner, the example executive that walks a scenario, and a recorder of what they exchange.
+"""Start a planner, the example executive with a scenario, and a recorder of their messages.
 
 ros2 launch rbprm_ros demo.launch.py scenario:=replanning rviz:=true
 
-Takes the arguments of planner.launch.py too. All ends when the executive is at the goal.
+It accepts the arguments of planner.launch.py too, and ends when the executive is at the goal.
 """
 
 from datetime import datetime
@@ -22,15 +22,15 @@ from launch import LaunchContext, LaunchDescription
 
 PLANNER = Path(__file__).parent / "planner.launch.py"
 ARGUMENTS = {
-    "robot": ("talos", "the scenario's, so that its data are ready"),
-    "namespace": ("", "of all nodes, such as robot1"),
-    "scenario": ("replanning", "a known name, or the path of a scenario file"),
-    "bag": (f"demo_{datetime.now():%Y%m%d_%H%M%S}", "folder to be made"),
+    "robot": ("talos", "robot of the scenario, whose data are loaded at the start"),
+    "namespace": ("", "namespace of all nodes, such as robot1"),
+    "scenario": ("replanning", "known name of a scenario, or path of a scenario file"),
+    "bag": (f"demo_{datetime.now():%Y%m%d_%H%M%S}", "new folder for the bag"),
 }
 
 
 def generate_launch_description() -> LaunchDescription:
-    """What `ros2 launch` runs."""
+    """The description that `ros2 launch` executes."""
     declared = [
         DeclareLaunchArgument(name, default_value=default, description=text)
         for name, (default, text) in ARGUMENTS.items()
@@ -40,7 +40,7 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def peers(context: LaunchContext) -> list[Node]:
-    """Executive and recorder."""
+    """The executive and the recorder."""
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     namespace = given["namespace"].strip("/")
     planner: dict[str, str | bool] = {

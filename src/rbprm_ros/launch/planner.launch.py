@@ -1,8 +1,8 @@
-"""The planner's node with the parameters of a robot; in a namespace and with RViz if asked for.
+"""Start the planner's node with the parameters of a robot, on request in a namespace and with RViz.
 
 ros2 launch rbprm_ros planner.launch.py robot:=talos namespace:=robot1 rviz:=true
 
-An argument that is not given is as the parameter file says.
+Arguments that are not given are taken from the parameter file.
 """
 
 from pathlib import Path
@@ -17,21 +17,24 @@ from launch import LaunchContext, LaunchDescription
 NAME = "rbprm_planner"
 CONFIG = Path(get_package_share_directory("rbprm_ros")) / "config"
 ARGUMENTS = {
-    "robot": "a known name, or the path of a robot file",
-    "params_file": "parameter file; without one config/ROBOT.yaml, where the robot has one",
-    "namespace": "of the node, such as robot1",
+    "robot": "known name of a robot, or path of a robot file",
+    "params_file": "parameter file; by default config/ROBOT.yaml, if the robot has one",
+    "namespace": "namespace of the node, such as robot1",
 }
 CHOICES = {
-    "autostart": ("false: a manager configures and activates it", ["", "true", "false"]),
-    "use_sim_time": ("true: time comes on /clock", ["", "true", "false"]),
-    "log_level": ("of the node", ["debug", "info", "warn", "error", "fatal"]),
-    "rviz": ("true: with RViz, which shows surfaces, plan and robot", ["true", "false"]),
+    "autostart": (
+        "false: a lifecycle manager activates the node",
+        ["", "true", "false"],
+    ),
+    "use_sim_time": ("true: the time is that of /clock", ["", "true", "false"]),
+    "log_level": ("log level of the node", ["debug", "info", "warn", "error", "fatal"]),
+    "rviz": ("true: start RViz, which shows surfaces, plan and robot", ["true", "false"]),
 }
 DEFAULTS = {"log_level": "info", "rviz": "false"}
 
 
 def generate_launch_description() -> LaunchDescription:
-    """What `ros2 launch` runs."""
+    """The description that `ros2 launch` executes."""
     declared = [
         DeclareLaunchArgument(name, default_value="", description=text)
         for name, text in ARGUMENTS.items()
@@ -46,7 +49,7 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def nodes(context: LaunchContext) -> list[Node]:
-    """What the arguments ask for."""
+    """The nodes that the arguments request."""
     given = {n: LaunchConfiguration(n).perform(context) for n in (*ARGUMENTS, *CHOICES)}
     namespace = given["namespace"].strip("/")
     found = [planner(given, namespace)]
@@ -69,25 +72,25 @@ def planner(given: dict[str, str], namespace: str) -> LifecycleNode:
 
 
 def logger(namespace: str) -> str:
-    """Name of the node's logger."""
+    """Name of the node's logger, in a namespace."""
     return ".".join([*namespace.split("/"), NAME]).lstrip(".")
 
 
 def parameters(given: dict[str, str]) -> list[str | dict[str, str | bool]]:
-    """A parameter file, where there is one, and what the arguments set in its place."""
+    """The parameter file, where there is one, and the parameters set by arguments."""
     file = given["params_file"] or str(CONFIG / f"{given['robot'] or 'hyq'}.yaml")
     own: dict[str, str | bool] = {"robot": given["robot"]} if given["robot"] else {}
     for name in ("autostart", "use_sim_time"):
         if given[name]:
             own[name] = given[name] == "true"
     found: list[str | dict[str, str | bool]] = []
-    if given["params_file"] or Path(file).is_file():  # a robot file's own robot has none
+    if given["params_file"] or Path(file).is_file():  # the robot of a robot file has none
         found.append(file)
     return [*found, own] if own else found
 
 
 def rviz(namespace: str) -> Node:
-    """RViz, with the topics of the planner in a namespace."""
+    """RViz with the topics of a planner in a namespace."""
     topics = (f"/{NAME}/markers", f"/{NAME}/guide_path")
     return Node(
         package="rviz2",

@@ -1,7 +1,7 @@
 """Entry points of the executables.
 
-They listen to signals before they import: rclpy and the planner's libraries take seconds to load on
-a busy machine, and a container may be stopped right then.
+They handle signals before they import anything else: on a busy machine, rclpy and the planner's
+libraries take seconds to load, and a container may be stopped in that time.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from rbprm_ros.rclpy_utils.signals import stop_event
 
 
 def planner_node() -> None:
-    """The planner's node."""
+    """Run the planner's node."""
     stop = stop_event()
     from rbprm_ros.node.planner_node import run
 
@@ -20,7 +20,7 @@ def planner_node() -> None:
 
 
 def publish_surfaces() -> None:
-    """The stand-in for perception."""
+    """Run the stand-in for perception."""
     stop = stop_event()
     from rbprm_ros.demo.publish_surfaces import run
 
@@ -28,7 +28,7 @@ def publish_surfaces() -> None:
 
 
 def record_bag() -> None:
-    """The recorder of bags."""
+    """Record a bag."""
     stop = stop_event()
     from rbprm_ros.bags.record import run
 
@@ -36,7 +36,7 @@ def record_bag() -> None:
 
 
 def play_bag() -> None:
-    """The player of bags."""
+    """Play a bag."""
     stop = stop_event()
     from rbprm_ros.bags.play import run
 
@@ -44,7 +44,7 @@ def play_bag() -> None:
 
 
 def check_health() -> None:
-    """The health check of containers."""
+    """Check the health of a planner, for containers."""
     stop = stop_event()
     from rbprm_ros.client.check_health import run
 
@@ -52,7 +52,7 @@ def check_health() -> None:
 
 
 def executive() -> None:
-    """The mission executive."""
+    """Run the mission executive."""
     stop = stop_event()
     from rbprm_ros.client.executive import run
 

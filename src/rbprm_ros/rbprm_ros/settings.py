@@ -1,4 +1,4 @@
-"""The node's settings as plain data, without ROS: their names, defaults, ranges and meaning."""
+"""The node's settings as plain data, without ROS: names, defaults, ranges and descriptions."""
 
 from __future__ import annotations
 
@@ -14,18 +14,20 @@ from rbprm_core.robot import load_description
 from rbprm_core.scene import Classification
 from rbprm_core.validation import Friction, Robustness
 
-TOP = "planner"  # the field of `Settings` whose options have no prefix: `sequence.step`
+TOP = "planner"  # field of `Settings` whose options have no prefix: `sequence.step`
 
 
 @dataclass(frozen=True)
 class ReplanningOptions:
-    """What happens when surfaces change under a published sequence.
+    """Automatic replanning of a published sequence when surfaces change.
 
     Attributes:
-        automatic: plan again what does not hold any more; otherwise it is only told on the status.
-        time_limit: longest time for one replan, over all states it is tried from, seconds.
-        max_restarts: times in a row that replanning begins anew because surfaces changed again;
-            the next one is finished on the surfaces it has, and looked at then.
+        automatic: replan the published sequence when some of its states become invalid; otherwise
+            only the status reports them.
+        time_limit: longest time for one replan, over all states from which it is tried, seconds.
+        max_restarts: maximum number of times in a row that replanning begins again because surfaces
+            changed meanwhile; the next replan is completed, and its result validated on the newest
+            surfaces.
     """
 
     automatic: bool = True
@@ -35,30 +37,31 @@ class ReplanningOptions:
 
 @dataclass(frozen=True)
 class Settings:
-    """The parameters' values at one time.
+    """Values of all parameters at one time.
 
     Attributes:
         planning_frame: frame of all surfaces, poses and plans; nothing is transformed.
         robot: robot of requests that name none: a known name, or the path of a robot file.
         time_limit: longest planning time of requests that give none, seconds.
-        robustness_threshold: least robustness b0 of states, newtons, of requests that give none.
-        max_surfaces: most surfaces that are held.
-        max_obstacles: most obstacles that are held.
-        max_triangles: most triangles of all obstacles together, and of one mesh or message.
-        max_vertices: most vertices of one polygon, holes included.
-        max_states: most states of a sequence that is sent to be validated.
-        max_calls: most calls of one service, and most goals, that wait or are served at once; what
-            comes beyond ends with the code BUSY. A goal and the newer one that takes its place
-            are two.
+        robustness_threshold: minimum robustness b0 of states in requests that give none, newtons.
+        max_surfaces: maximum number of surfaces in the environment.
+        max_obstacles: maximum number of obstacles in the environment.
+        max_triangles: maximum number of triangles of all obstacles together, and of one mesh or
+            message.
+        max_vertices: maximum number of vertices of one polygon, holes included.
+        max_states: maximum number of states of a sequence sent for validation.
+        max_calls: maximum number of calls of one service, and of goals, that wait or are served at
+            once; further ones end with the code BUSY. A goal and the newer one that preempts it
+            count as two.
         keep_roadmaps: keep the roadmaps of the guide planner `prm` from one plan to the next of the
-            same robot and bounds of the root, so that later ones are found sooner. What a request
-            gives then depends on what was planned before.
-        classification: how a normal decides what a surface is good for.
-        marker_friction: friction coefficient of the surfaces found in marker triangles.
-        autostart: come up active; otherwise the node waits to be configured and activated.
-        bounds: how bounds of the root are derived.
-        replanning: when surfaces change.
-        stages: which implementation does the work of each stage, in requests that name none.
+            same robot and bounds of the root, so that later plans are found sooner. The result of a
+            request then depends on earlier requests.
+        classification: rules that assign a kind to a surface.
+        marker_friction: coefficient of Coulomb friction of the surfaces found in marker triangles.
+        autostart: start active; otherwise the node waits for a lifecycle manager.
+        bounds: rules by which bounds of the root are derived.
+        replanning: automatic replanning.
+        stages: implementation of each stage in requests that name none.
         planner: options of the planner.
     """
 
@@ -83,10 +86,13 @@ class Settings:
 
 
 def parse_settings(nested: dict[str, Any]) -> Settings:
-    """Settings of nested values, which are all optional.
+    """The settings from nested values.
+
+    Args:
+        nested: values by field of `Settings`, all of them optional.
 
     Raises:
-        InvalidInput: names the first parameter at fault.
+        InvalidInput: names the first invalid parameter.
     """
     try:
         settings = TypeAdapter(Settings).validate_python(nested)
@@ -101,5 +107,5 @@ def parse_settings(nested: dict[str, Any]) -> Settings:
 
 
 def parameter_name(path: tuple[str, ...]) -> str:
-    """Name of the parameter at a path in `Settings`."""
+    """Name of the parameter for a path of nested fields in `Settings`."""
     return ".".join(path[1:] if path[0] == TOP else path)

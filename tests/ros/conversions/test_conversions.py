@@ -8,14 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from geometry_msgs.msg import Point, Vector3
-from rbprm_msgs.msg import PlanningResult, SurfaceArray
+from rbprm_msgs.msg import InvalidState as InvalidStateMessage
+from rbprm_msgs.msg import PlannerStatus, PlanningResult, SurfaceArray
 from rbprm_msgs.srv import Plan
 from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import Header
 
 from rbprm_core.check import check_plan
 from rbprm_core.check.violation import Kind
-from rbprm_core.errors import InvalidInput
+from rbprm_core.errors import ErrorCode, InvalidInput
+from rbprm_core.failures import Cause
 from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan_record import (
@@ -30,6 +32,7 @@ from rbprm_core.plan_record import (
     Statistics,
     SurfaceEntry,
 )
+from rbprm_core.replanning import Reason
 from rbprm_core.request import PlanRequest, StageNames
 from rbprm_core.scene import make_surface
 from rbprm_ros.conversions import (
@@ -47,7 +50,8 @@ from rbprm_ros.conversions import (
 )
 from rbprm_ros.environment.store import Environment
 from rbprm_ros.environment.updates import SurfaceUpdate
-from rbprm_ros.failure import Failure, failure_of
+from rbprm_ros.errors import ErrorData, NodeCode, error_data
+from rbprm_ros.planning.status import Activity
 from rbprm_ros.settings import Settings, parse_settings
 from rbprm_ros.workers.jobs import RobotChoice
 
@@ -311,20 +315,38 @@ def test_success_says_what_was_asked_for_and_is_not_there(plan: ContactPlan) -> 
     asked = plan.request.model_copy(update={"robustness_threshold": 20.0})
     lacking = success_message(plan.model_copy(update={"request": asked}))
     assert lacking.code == PlanningResult.SUCCESS
-    assert "the least robustness is 12.5 N, under the 20 N asked for" in lacking.text
-    assert lacking.text.endswith("goal_limbs asks: rf_leg")
+    assert "the minimum robustness is 12.5 N, below the requested 20 N" in lacking.text
+    assert lacking.text.endswith("without contact in the last state: rf_leg")
     asked = plan.request.model_copy(update={"goal_limbs": ("lf_leg",)})
     assert success_message(plan.model_copy(update={"request": asked})).text == ""
+
+
+def constants(message: type) -> dict[str, int]:
+    """The constants of a message by name."""
+    return {
+        name: getattr(message, name)
+        for name in dir(type(message))
+        if name[0].isupper() and name.isupper()
+    }
+
+
+def test_constants_of_messages_equal_the_enumerations() -> None:
+    codes = {code.name: code.value for code in (*ErrorCode, *NodeCode)}
+    causes = {f"CAUSE_{cause.name}": cause.value for cause in Cause}
+    assert constants(PlanningResult) == codes | causes
+    assert constants(InvalidStateMessage) == {reason.name: reason.value for reason in Reason}
+    assert constants(PlannerStatus) == {activity.name: activity.value for activity in Activity}
+    assert max(ErrorCode) < 100 <= min(NodeCode)
 
 
 def test_results() -> None:
     success = result_message()
     assert (success.code, success.state, success.fraction) == (PlanningResult.SUCCESS, -1, 1.0)
     assert success.text == ""
-    failure = failure_of(InvalidInput("a.b", [math.nan] * 1000, "must be finite"))
+    failure = error_data(InvalidInput("a.b", [math.nan] * 1000, "must be finite"))
     message = across(result_message(failure))
     assert (message.code, message.field) == (PlanningResult.INVALID_INPUT, "a.b")
     assert len(message.value) < 300
-    assert failure_of(ZeroDivisionError("x")) == Failure(
-        failure_of(ZeroDivisionError("x")).code, "a fault of the planner: ZeroDivisionError: x"
+    assert error_data(ZeroDivisionError("x")) == ErrorData(
+        error_data(ZeroDivisionError("x")).code, "a fault of the planner: ZeroDivisionError: x"
     )

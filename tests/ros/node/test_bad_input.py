@@ -221,7 +221,7 @@ def test_calls_beyond_those_that_may_wait_are_refused_at_once(
     site.planner(*ENDLESS, "-p", "max_calls:=3")
     executive = site.executive()
     executive.give(gap)
-    request_over_gap.time_limit = 300.0  # none of the others has an answer before
+    request_over_gap.time_limit = 10.0  # no other call is answered before the refusals
     calls = [executive.start_call(request_over_gap) for _ in range(5)]
     executive.spin_until(lambda: sum(call.done() for call in calls) == 2, "two refusals")
     refused = [call.result().result for call in calls if call.done()]

@@ -48,7 +48,7 @@ from rbprm_ros.conversions import (
     update_of_setting,
 )
 from rbprm_ros.environment.store import Environment
-from rbprm_ros.failure import failure_of
+from rbprm_ros.errors import error_data
 from rbprm_ros.planning.sequence import PublishedSequence
 from rbprm_ros.rclpy_utils.qos import CALLS
 from rbprm_ros.settings import parse_settings
@@ -246,7 +246,7 @@ def value_or_field(message: Any, read: Callable[[Any], object]) -> object:
         return read(message)
     except InvalidInput as refused:
         error = refused
-    failure = failure_of(error)
+    failure = error_data(error)
     require_field(message, failure.field)
     assert failure.field in failure.text
     return None

@@ -7,16 +7,16 @@ import itertools
 import pytest
 
 from rbprm_core.errors import ErrorCode
-from rbprm_ros.failure import SUCCEEDED, Failure
+from rbprm_ros.errors import NO_ERROR, ErrorData
 from rbprm_ros.planning.status import STATUS_TABLE, Activity, Facts, Validity, status_of
 
-CALL = Failure(ErrorCode.NO_GUIDE, "the call failed")
-SEQUENCE = Failure(ErrorCode.START_UNREACHABLE, "the sequence cannot be replanned")
+CALL = ErrorData(ErrorCode.NO_GUIDE, "the call failed")
+SEQUENCE = ErrorData(ErrorCode.START_UNREACHABLE, "the sequence cannot be replanned")
 
 ALL = [
-    Facts(*flags, validity, is_news, call, SEQUENCE if validity is Validity.FAILED else SUCCEEDED)
+    Facts(*flags, validity, is_news, call, SEQUENCE if validity is Validity.FAILED else NO_ERROR)
     for *flags, validity, is_news, call in itertools.product(
-        *[(False, True)] * 4, Validity, (False, True), (SUCCEEDED, CALL)
+        *[(False, True)] * 4, Validity, (False, True), (NO_ERROR, CALL)
     )
 ]
 
@@ -26,23 +26,23 @@ VALID = {Validity.VALID: Activity.VALID}
 BAD = {Validity.INVALID: Activity.INVALIDATED, Validity.FAILED: Activity.FAILED}
 
 
-def expected(facts: Facts) -> tuple[Activity, Failure]:
-    """Activity and failure, written a second time as nested decisions."""
-    failure = facts.call_failure if facts.call_failed else facts.sequence_failure
+def expected(facts: Facts) -> tuple[Activity, ErrorData]:
+    """Activity and error, written a second time as nested decisions."""
+    error = facts.call_error if facts.call_failed else facts.sequence_error
     if not facts.active:
-        return Activity.IDLE, failure
+        return Activity.IDLE, error
     if facts.planning:
         if facts.published and facts.is_news:
             if facts.replanning:
-                return Activity.REPLANNING, failure
+                return Activity.REPLANNING, error
             if facts.validity in BAD:
-                return BAD[facts.validity], failure
-        return Activity.PLANNING, SUCCEEDED
+                return BAD[facts.validity], error
+        return Activity.PLANNING, NO_ERROR
     if not facts.published:
-        return (Activity.FAILED if facts.call_failed else Activity.IDLE), failure
+        return (Activity.FAILED if facts.call_failed else Activity.IDLE), error
     if facts.replanning:
-        return Activity.REPLANNING, failure
-    return (IDLE | NEW | VALID | BAD)[facts.validity], failure
+        return Activity.REPLANNING, error
+    return (IDLE | NEW | VALID | BAD)[facts.validity], error
 
 
 def test_all_facts_are_enumerated() -> None:
@@ -81,8 +81,8 @@ def test_nothing_but_idle_while_the_node_is_not_active() -> None:
     assert {status_of(facts)[0] for facts in ALL if not facts.active} == {Activity.IDLE}
 
 
-def test_failed_always_has_a_failure() -> None:
+def test_failed_always_has_an_error() -> None:
     for facts in ALL:
-        activity, failure = status_of(facts)
+        activity, error = status_of(facts)
         if activity is Activity.FAILED:
-            assert failure in (CALL, SEQUENCE)
+            assert error in (CALL, SEQUENCE)

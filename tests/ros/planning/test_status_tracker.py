@@ -8,15 +8,16 @@ from typing import Any
 import pytest
 
 from rbprm_core.errors import ErrorCode
-from rbprm_core.replanning import InvalidState, Reason
+from rbprm_core.failures import Cause, Failure
+from rbprm_core.replanning import InvalidState
 from rbprm_ros.environment.snapshot import Snapshot
-from rbprm_ros.failure import SUCCEEDED, Failure
+from rbprm_ros.errors import NO_ERROR, ErrorData
 from rbprm_ros.planning.sequence import PublishedSequence
 from rbprm_ros.planning.status import Activity, Validity
 from rbprm_ros.planning.status_tracker import StatusTracker
 
-FAILURE = Failure(ErrorCode.NO_GUIDE, "no way")
-LOST = (InvalidState(5, Reason.SURFACE_LOST, "lf_leg", "tile", "state 5: lost"),)
+ERROR = ErrorData(ErrorCode.NO_GUIDE, "no way")
+LOST = (InvalidState(5, Failure.of(Cause.SURFACE_LOST, "lf_leg", surface="tile")),)
 STATES = 10
 
 
@@ -108,22 +109,22 @@ def test_news_of_the_sequence_replace_planning_until_the_next_call(published: Tr
 
 def test_a_call_that_fails_without_a_sequence(tracked: Tracked) -> None:
     tracked.tracker.begin_call()
-    tracked.tracker.end_call(False, FAILURE)
-    assert (tracked.tracker.status.activity, tracked.tracker.status.failure) == (
+    tracked.tracker.end_call(False, ERROR)
+    assert (tracked.tracker.status.activity, tracked.tracker.status.error) == (
         Activity.FAILED,
-        FAILURE,
+        ERROR,
     )
     tracked.tracker.begin_call()
-    assert tracked.tracker.status.failure == SUCCEEDED
+    assert tracked.tracker.status.error == NO_ERROR
 
 
 def test_a_call_that_fails_leaves_the_sequence_valid(published: Tracked) -> None:
     tracker = published.tracker
     tracker.begin_call()
-    tracker.end_call(False, FAILURE)
-    assert (tracker.status.activity, tracker.status.failure) == (Activity.VALID, FAILURE)
+    tracker.end_call(False, ERROR)
+    assert (tracker.status.activity, tracker.status.error) == (Activity.VALID, ERROR)
     tracker.record_validation(Validity.VALID, (), Snapshot(2, 200))
-    assert tracker.status.failure == SUCCEEDED
+    assert tracker.status.error == NO_ERROR
 
 
 def test_a_node_that_is_not_active_is_idle(published: Tracked) -> None:

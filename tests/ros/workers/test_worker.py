@@ -26,7 +26,7 @@ from rbprm_core.request import PlannerOptions, PlanRequest, StageNames
 from rbprm_ros.environment.snapshot import Snapshot
 from rbprm_ros.environment.store import Environment
 from rbprm_ros.environment.updates import SurfaceUpdate
-from rbprm_ros.failure import PlanningFailed
+from rbprm_ros.errors import PlanningFailed
 from rbprm_ros.settings import Settings
 from rbprm_ros.workers import worker as worker_module
 from rbprm_ros.workers.jobs import Job, Reported, RobotChoice
@@ -142,7 +142,7 @@ def test_cancel_of_a_running_job_takes_less_than_100_ms(
         with pytest.raises(PlanningFailed) as caught:
             future.result(TIMEOUT)
         durations.append(time.monotonic() - started)
-        assert caught.value.record.code is ErrorCode.CANCELLED
+        assert caught.value.data.code is ErrorCode.CANCELLED
     assert min(durations) < 0.1
 
 
@@ -173,7 +173,7 @@ def test_close_ends_all_work(search: Job, walk: Job) -> None:
 def test_robot_that_cannot_be_loaded_is_told(worker: PlanningWorker, walk: Job) -> None:
     with pytest.raises(PlanningFailed) as caught:
         worker.submit(replace(walk, robot=RobotChoice("spot")), ignore).result(TIMEOUT)
-    assert (caught.value.record.code, caught.value.record.field) == (2, "robot")
+    assert (caught.value.data.code, caught.value.data.field) == (2, "robot")
 
 
 def test_report_that_fails_is_told_and_the_next_job_is_done(search: Job, walk: Job) -> None:

@@ -1,6 +1,6 @@
-"""`play_bag FOLDER`: publish the messages of a bag again, at the pace of their recording.
+"""`play_bag FOLDER`: publish the messages of a bag again, at the rate of the recording.
 
-Stays up until stopped, since a latched message lives as long as its publisher.
+It runs until it is stopped, since a latched message exists as long as its publisher.
 """
 
 from __future__ import annotations
@@ -24,6 +24,9 @@ USAGE = (
 class BagPlayer(Node):
     """Publishes a bag's messages as they were on the wire.
 
+    Args:
+        folder: folder of the bag.
+
     Raises:
         InvalidInput: the folder or a parameter cannot be used.
     """
@@ -46,7 +49,12 @@ class BagPlayer(Node):
         self.get_logger().info(f"{len(self._messages)} messages to {planner}")
 
     def play(self, spinner: Spinner, stop: threading.Event) -> None:
-        """Publish all; returns early where the event is set."""
+        """Publish all messages.
+
+        Args:
+            spinner: runs the node's callbacks meanwhile.
+            stop: event that ends the playing.
+        """
         started = time.monotonic()
         for message in self._messages:
             due = started + (message.stamp - self._messages[0].stamp) * 1e-9 / self._rate
@@ -61,7 +69,15 @@ class BagPlayer(Node):
 
 
 def run(stop: threading.Event, arguments: list[str]) -> int:
-    """Play, and stay until the event is set; returns the exit code, 2 for a wrong argument."""
+    """Play, then run until an event is set.
+
+    Args:
+        stop: the event.
+        arguments: the command line.
+
+    Returns:
+        The exit code; 2 where an argument cannot be used.
+    """
     player = node_of_argument(arguments, USAGE, lambda name: BagPlayer(Path(name)))
     if player is None:
         return 2

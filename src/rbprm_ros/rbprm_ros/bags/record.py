@@ -13,11 +13,14 @@ from rbprm_ros.rclpy_utils.spinning import Spinner, node_of_argument
 from rbprm_ros.rclpy_utils.subscription import EveryPublisher
 
 USAGE = "usage: record_bag FOLDER [--ros-args -p storage:=mcap|sqlite3 -p planner:=NODE]"
-DRAIN_TIME = 0.5  # seconds for the messages that had arrived when the signal to stop came
+DRAIN_TIME = 0.5  # seconds for messages that arrived before the signal to stop
 
 
 class BagRecorder(Node):
-    """Writes what comes on a planner's topics, as it is on the wire.
+    """Writes the messages on a planner's topics, as they are on the wire.
+
+    Args:
+        folder: folder of the bag; must not exist.
 
     Raises:
         InvalidInput: the folder or a parameter cannot be used.
@@ -28,7 +31,7 @@ class BagRecorder(Node):
         storage = self.declare_parameter("storage", "mcap").value
         planner = self.declare_parameter("planner", "/rbprm_planner").value
         self._writer = BagWriter(folder, planner, storage)
-        self._heard: set[str] = set()
+        self._received: set[str] = set()
         for name, topic in TOPICS.items():
             callback = partial(self._on_message, name)
             EveryPublisher(self, topic.kind, f"{planner}/{name}", callback, raw=True)
@@ -41,13 +44,21 @@ class BagRecorder(Node):
 
     def _on_message(self, topic: str, data: bytes) -> None:
         self._writer.write(BagMessage(topic, self.get_clock().now().nanoseconds, data))
-        if topic not in self._heard:
-            self._heard.add(topic)
+        if topic not in self._received:
+            self._received.add(topic)
             self.get_logger().info(f"first message of {topic}")
 
 
 def run(stop: threading.Event, arguments: list[str]) -> int:
-    """Record until the event is set; returns the exit code, 2 where an argument is no good."""
+    """Record until an event is set.
+
+    Args:
+        stop: the event.
+        arguments: the command line.
+
+    Returns:
+        The exit code; 2 where an argument cannot be used.
+    """
     recorder = node_of_argument(arguments, USAGE, lambda name: BagRecorder(Path(name)))
     if recorder is None:
         return 2

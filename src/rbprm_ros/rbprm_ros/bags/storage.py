@@ -1,7 +1,7 @@
-"""Bags of what the planner and its executive exchange, in sqlite3 or MCAP, without rosbag2.
+"""Bags of the messages between planner and executive, in sqlite3 or MCAP, without rosbag2.
 
-A bag holds the definitions of its messages: whoever reads it needs neither ROS nor rbprm_msgs.
-Messages go in and out as they are on the wire (CDR).
+A bag holds the definitions of its messages, so that reading it needs neither ROS nor rbprm_msgs.
+Messages are written and read as they are on the wire (CDR).
 """
 
 from __future__ import annotations
@@ -39,7 +39,12 @@ UNLIMITED = QosTime(0x7FFFFFFF, 0xFFFFFFFF)
 
 @dataclass(frozen=True)
 class Topic:
-    """A topic of the planner, and the quality of service that it is replayed with."""
+    """A topic of the planner.
+
+    Attributes:
+        kind: class of its messages.
+        qos: quality of service with which it is played.
+    """
 
     kind: type[Any]
     qos: QoSProfile
@@ -49,12 +54,12 @@ TOPICS: Mapping[str, Topic] = {
     "contact_sequence": Topic(ContactSequence, LATCHED),
     "guide_path": Topic(PathMessage, LATCHED),
     "status": Topic(PlannerStatus, LATCHED),
-    # A planner that comes later needs the snapshot and the changes since: of both.
+    # A planner that starts later needs the snapshot and the changes after it, on both topics.
     "surfaces": Topic(SurfaceArray, LATCHED_STREAM),
     "surface_markers": Topic(MarkerArray, LATCHED_STREAM),
     "execution_state": Topic(ExecutionState, STREAM),
 }
-"""What is recorded, by the name below the planner's."""
+"""The recorded topics, by their names below that of the planner."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,9 @@ class BagMessage:
     """A message of a bag.
 
     Attributes:
-        topic: key of `TOPICS`. stamp: when it was recorded, nanoseconds. data: CDR.
+        topic: key of `TOPICS`.
+        stamp: time of the recording, nanoseconds.
+        data: the serialised message (CDR).
     """
 
     topic: str
@@ -74,9 +81,12 @@ class BagWriter:
     """A new bag.
 
     Args:
-        folder: of the bag; must not exist.
-        node: full name of the planner, whose topics these are.
+        folder: folder of the bag; must not exist.
+        node: full name of the planner whose topics are recorded.
         storage: "mcap" or "sqlite3".
+
+    Attributes:
+        count: number of messages written.
 
     Raises:
         InvalidInput: `folder` or `storage` cannot be used.
@@ -105,7 +115,7 @@ class BagWriter:
         self.count += 1
 
     def close(self) -> None:
-        """Complete the bag: before, it cannot be read."""
+        """Complete the bag; it cannot be read before."""
         self._writer.close()
 
     def __enter__(self) -> BagWriter:
@@ -130,10 +140,13 @@ class BagWriter:
 
 
 def read_bag(folder: Path) -> Iterator[BagMessage]:
-    """The messages of a bag on topics of a planner, in the order of their recording.
+    """The messages of a bag on topics of a planner, in the order of the recording.
+
+    Args:
+        folder: folder of the bag.
 
     Raises:
-        InvalidInput: `folder` is no bag, or one that was not completed.
+        InvalidInput: `folder` is no bag, or is not complete.
     """
     try:
         with Reader(folder) as reader:
@@ -147,7 +160,7 @@ def read_bag(folder: Path) -> Iterator[BagMessage]:
 
 
 def typestore() -> Typestore:
-    """The message definitions of Jazzy and, from its .msg files, of rbprm_msgs."""
+    """The message definitions of ROS 2 Jazzy and, from its .msg files, of rbprm_msgs."""
     store = get_typestore(Stores.ROS2_JAZZY)
     files = Path(get_package_share_directory("rbprm_msgs")).glob("msg/*.msg")
     found: dict[str, Any] = {}
@@ -158,7 +171,7 @@ def typestore() -> Typestore:
 
 
 def type_name(kind: type[Any]) -> str:
-    """The name of a message class as bags spell it."""
+    """The name of a message class in bags."""
     return f"{kind.__module__.partition('.')[0]}/msg/{kind.__name__}"
 
 

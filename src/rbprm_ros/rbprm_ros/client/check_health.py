@@ -1,4 +1,4 @@
-"""`check_health`: whether a planner answers; the health check of its container."""
+"""`check_health`: test whether a planner answers; the health check of its container."""
 
 from __future__ import annotations
 
@@ -13,7 +13,14 @@ from rbprm_ros.rclpy_utils.spinning import Spinner, init
 
 
 def run(stop: threading.Event) -> int:
-    """Call the planner's cheapest service; returns the exit code, 1 without an answer in time."""
+    """Call the planner's cheapest service.
+
+    Args:
+        stop: event that ends the check.
+
+    Returns:
+        The exit code; 1 where the answer does not come in time.
+    """
     init()
     node = Node("health_check")
     planner = node.declare_parameter("planner", "/rbprm_planner").value

@@ -1,7 +1,7 @@
-"""A client of the planner for mission executives: calls that wait, and state that is watched.
+"""A client of the planner for mission executives: calls that wait, and the newest state.
 
-It belongs to a node of the caller's. That node spins in another thread, or the client spins it
-while it waits; see `PlannerClient`.
+The client uses a node of the caller. Another thread spins that node, or the client spins it while
+it waits; see `PlannerClient`.
 """
 
 from __future__ import annotations
@@ -15,112 +15,40 @@ from typing import Any
 from rbprm_msgs.action import PlanContacts
 from rbprm_msgs.msg import ContactSequence, ExecutionState, PlannerStatus
 from rbprm_msgs.srv import GetEnvironment, ListRobots, Plan, Replan, Validate
-from rclpy.action.client import ActionClient, ClientGoalHandle
+from rclpy.action.client import ActionClient
 from rclpy.node import Node
 from rclpy.task import Future
 
+from rbprm_ros.client.plan_call import PlanCall
+from rbprm_ros.client.timing import ANSWER_TIMEOUT, PERIOD, PROBE_PERIOD
 from rbprm_ros.rclpy_utils.qos import CALLS, LATCHED_STREAM
 
-PERIOD = 0.05  # seconds between looks for what no callback tells, such as a service that is there
-PROBE_PERIOD = 1.0  # seconds until a probe without an answer is sent again
-ANSWER_TIMEOUT = 10.0  # seconds; a call that plans nothing is answered in milliseconds
-
 SpinUntil = Callable[[Callable[[], bool], float], Any]
-"""Serves the node's callbacks until a condition holds, or for so many seconds."""
+"""Runs the node's callbacks until a condition holds or a timeout, in seconds, passes."""
 
 
 class PlannerTimeout(TimeoutError):
-    """The planner did not do something in time."""
-
-
-class PlanCall:
-    """A goal of the action, from `PlannerClient.plan`.
-
-    Attributes:
-        feedback: the newest, None before the first.
-    """
-
-    def __init__(self, client: PlannerClient) -> None:
-        self.feedback: PlanContacts.Feedback | None = None
-        self._client = client
-        self._handle: ClientGoalHandle | None = None
-        self._answer: PlanContacts.Result | None = None
-        self._error: Exception | None = None
-
-    @property
-    def done(self) -> bool:
-        """Whether the result is there."""
-        return self._answer is not None or self._error is not None
-
-    def result(self, timeout: float) -> PlanContacts.Result:
-        """Wait for the result; its `result.code` says whether there is a plan.
-
-        Args:
-            timeout: seconds. Give more than the goal's own time limit.
-
-        Raises:
-            PlannerTimeout: the goal goes on; wait again, or cancel it.
-            RuntimeError: the node refused the goal, or the call failed.
-        """
-        self._client.wait_until(lambda: self.done, "result of the goal", timeout)
-        if self._error is not None:
-            raise RuntimeError(f"the goal has no result: {self._error}") from self._error
-        return self._answer
-
-    def cancel(self, timeout: float = ANSWER_TIMEOUT) -> bool:
-        """Ask the planner to stop; the result comes with the code CANCELLED.
-
-        Returns:
-            False where it was too late: the goal had ended.
-
-        Raises:
-            PlannerTimeout: the planner did not answer.
-        """
-        client = self._client
-        client.wait_until(lambda: self._handle is not None or self.done, "accepted goal", timeout)
-        handle = self._handle
-        if handle is None or self.done:
-            return False
-        request = client.in_executor(handle.cancel_goal_async)
-        return bool(client.answer(request, "answer to the cancellation", timeout).goals_canceling)
-
-    def _fed(self, message: Any) -> None:
-        self.feedback = message.feedback
-
-    def _accepted(self, future: Future) -> None:
-        """The planner took the goal, or did not; runs in the executor's thread."""
-        handle = future.result()
-        if not handle.accepted:
-            self._error = RuntimeError("the planner refused it; is it shutting down?")
-        else:
-            self._handle = handle
-            handle.get_result_async().add_done_callback(self._ended)
-        self._client.wake()
-
-    def _ended(self, future: Future) -> None:
-        self._error = future.exception()
-        if self._error is None:
-            self._answer = future.result().result
-        self._client.wake()
+    """The planner did not answer, or was not found, in time."""
 
 
 class PlannerClient:
-    """What an executive asks of the planner, and what the planner tells.
+    """Calls the planner, and holds the newest sequence and status.
 
-    Waits need somebody who spins the node. Either an executor spins it in another thread, then no
-    method that waits may be called in a callback. Or the caller gives a function that spins:
+    To wait, the node must be spun. Either an executor spins it in another thread; then methods that
+    wait must not be called in a callback. Or the caller gives a function that spins:
 
         spinner = Spinner(node)
         client = PlannerClient(node, spin_until=spinner.spin_until)
 
     Args:
-        node: of the caller's. planner: name of the planner's node.
+        node: node of the caller.
+        planner: name of the planner's node.
         spin_until: spins the node while this client waits; None where another thread does.
 
     Attributes:
-        sequence: the newest published sequence, None before the first; without states where the
+        sequence: the newest published sequence; None before the first, and without states where the
             planner has none.
-        status: the newest status, None before the first.
+        status: the newest status; None before the first.
     """
 
     def __init__(
@@ -129,7 +57,7 @@ class PlannerClient:
         self.sequence: ContactSequence | None = None
         self.status: PlannerStatus | None = None
         self._node, self._planner, self._spin_until = node, planner, spin_until
-        self._news = threading.Condition()
+        self._changed = threading.Condition()
         self._on_sequence: list[Callable[[ContactSequence], None]] = []
         self._on_status: list[Callable[[PlannerStatus], None]] = []
         self._action = ActionClient(node, PlanContacts, f"{planner}/plan_contacts")
@@ -144,7 +72,7 @@ class PlannerClient:
         }
         self._reached: set[tuple[int, ...]] = set()  # planners that have answered
         self._execution = node.create_publisher(ExecutionState, f"{planner}/execution_state", CALLS)
-        # A reader of depth 1 would lose a status that is followed by the next one at once.
+        # With a depth of 1, a status that is immediately followed by the next one would be lost.
         for kind, name, take in (
             (ContactSequence, "contact_sequence", self._take_sequence),
             (PlannerStatus, "status", self._take_status),
@@ -156,25 +84,34 @@ class PlannerClient:
         on_sequence: Callable[[ContactSequence], None] | None = None,
         on_status: Callable[[PlannerStatus], None] | None = None,
     ) -> None:
-        """Be told every sequence and status from now on, in the executor's thread."""
+        """Add callbacks, which run in the executor's thread.
+
+        Args:
+            on_sequence: called with every sequence from now on.
+            on_status: called with every status from now on.
+        """
         self._on_sequence += [] if on_sequence is None else [on_sequence]
         self._on_status += [] if on_status is None else [on_status]
 
     @property
     def found(self) -> bool:
-        """Whether the planner's interfaces are all there.
+        """Whether all of the planner's interfaces are discovered.
 
-        One that was killed counts as there until DDS gives it up, by default after 20 seconds.
+        Those of a killed planner count as discovered until DDS drops them, by default after 20
+        seconds.
         """
         services = all(service.service_is_ready() for service in self._services.values())
-        heard = self._execution.get_subscription_count() > 0 and self.status is not None
-        return services and heard and self._action.server_is_ready()
+        subscribed = self._execution.get_subscription_count() > 0 and self.status is not None
+        return services and subscribed and self._action.server_is_ready()
 
     def wait_for_planner(self, timeout: float) -> None:
         """Wait until the planner is found.
 
+        Args:
+            timeout: longest time to wait, seconds.
+
         Raises:
-            PlannerTimeout: it is not.
+            PlannerTimeout: the planner was not found.
         """
         hint = f"planner {self._planner}; is it started, in this ROS domain and of this name?"
         self._reach(lambda: self.found, hint, timeout)
@@ -182,12 +119,13 @@ class PlannerClient:
     def plan(
         self, goal: PlanContacts.Goal | Plan.Request, timeout: float = ANSWER_TIMEOUT
     ) -> PlanCall:
-        """Ask for a plan; returns at once what tells how it goes.
+        """Send a goal, and return the call that represents it at once.
 
-        A goal that is under way, of this client or another, ends with the code PREEMPTED.
+        Another goal under way, of this client or another, ends with the code PREEMPTED.
 
         Args:
-            goal: what to plan. timeout: seconds to wait for a planner.
+            goal: what to plan.
+            timeout: longest time to wait for a planner, seconds.
 
         Raises:
             PlannerTimeout: there is no planner.
@@ -198,40 +136,58 @@ class PlannerClient:
         what = f"action {self._planner}/plan_contacts"
         self._reach(self._action.server_is_ready, what, timeout)
         call = PlanCall(self)
-        # Registered where answers come in: rclpy takes no lock over the table of sent goals.
+        # Sent in the thread that receives answers: rclpy does not lock its table of sent goals.
         self.in_executor(
-            lambda: self._action.send_goal_async(goal, call._fed).add_done_callback(call._accepted)
+            lambda: self._action.send_goal_async(goal, call.on_feedback).add_done_callback(
+                call.on_response
+            )
         )
         return call
 
     def replan(self, request: Replan.Request, timeout: float) -> Replan.Response:
-        """Plan the later part of the published sequence anew and wait for the revision.
+        """Replan the later part of the published sequence, and wait for the revision.
+
+        Args:
+            request: what to replan.
+            timeout: longest time to wait, seconds.
 
         Raises:
-            PlannerTimeout: no planner, or no answer.
+            PlannerTimeout: no planner was found, or it did not answer.
         """
         return self._called(request, Replan, timeout)
 
     def validate(
         self, request: Validate.Request | None = None, timeout: float = ANSWER_TIMEOUT
     ) -> Validate.Response:
-        """Ask which states of a sequence hold today; by default of the published one.
+        """Validate a sequence on the newest surfaces.
+
+        Args:
+            request: what to validate; None for the published sequence.
+            timeout: longest time to wait, seconds.
 
         Raises:
-            PlannerTimeout: no planner, or no answer.
+            PlannerTimeout: no planner was found, or it did not answer.
         """
         return self._called(request or Validate.Request(), Validate, timeout)
 
     def environment(self, timeout: float = ANSWER_TIMEOUT) -> GetEnvironment.Response:
-        """Ask which surfaces the planner knows, and why it refused the newest message.
+        """The surfaces that the planner knows, and why it refused the newest message.
+
+        Args:
+            timeout: longest time to wait, seconds.
 
         Raises:
-            PlannerTimeout: no planner, or no answer.
+            PlannerTimeout: no planner was found, or it did not answer.
         """
         return self._called(GetEnvironment.Request(), GetEnvironment, timeout)
 
     def executed(self, sequence: ContactSequence, state: int) -> None:
-        """Tell the planner which state the robot is in, or moves to."""
+        """Publish the state that the robot is in or moves to.
+
+        Args:
+            sequence: the executed sequence.
+            state: index of the state.
+        """
         message = ExecutionState(
             sequence_id=sequence.sequence_id, revision=sequence.revision, state=state
         )
@@ -239,36 +195,43 @@ class PlannerClient:
         self._execution.publish(message)
 
     def wait_until(self, done: Callable[[], bool], what: str, timeout: float) -> None:
-        """Wait, while callbacks are served.
+        """Wait until a condition holds, while callbacks run.
 
         Args:
-            what: is waited for, for the error. timeout: seconds.
+            done: the condition.
+            what: name of what is waited for, for the error.
+            timeout: longest time to wait, seconds.
 
         Raises:
-            PlannerTimeout: it did not come.
+            PlannerTimeout: the condition does not hold.
         """
         if self._spin_until is not None:
             self._spin_until(done, timeout)
         else:
             end = time.monotonic() + timeout
             while not done() and time.monotonic() < end:
-                with self._news:
-                    self._news.wait(min(PERIOD, max(end - time.monotonic(), 0.0)))
+                with self._changed:
+                    self._changed.wait(min(PERIOD, max(end - time.monotonic(), 0.0)))
         if not done():
             raise PlannerTimeout(self._late(what, timeout))
 
     def answer(self, future: Future, what: str, timeout: float) -> Any:
-        """Wait for the outcome of a call to ROS.
+        """Wait for the result of a future and return it.
+
+        Args:
+            future: future of a call.
+            what: name of what is waited for, for the error.
+            timeout: longest time to wait, seconds.
 
         Raises:
-            PlannerTimeout: it did not come.
+            PlannerTimeout: the future is not done.
         """
         future.add_done_callback(lambda _: self.wake())
         self.wait_until(future.done, what, timeout)
         return future.result()
 
     def in_executor(self, make: Callable[[], Any]) -> Any:
-        """Do something in the thread that serves the callbacks."""
+        """Call a function in the thread that runs the callbacks, and return its result."""
         executor = self._node.executor
         if self._spin_until is not None or executor is None:
             return make()
@@ -277,9 +240,9 @@ class PlannerClient:
         return task.result()
 
     def wake(self) -> None:
-        """Have those who wait look again."""
-        with self._news:
-            self._news.notify_all()
+        """Let all waiting methods check their conditions."""
+        with self._changed:
+            self._changed.notify_all()
 
     def _called(self, request: Any, kind: Any, timeout: float) -> Any:
         service, end = self._services[kind], time.monotonic() + timeout
@@ -345,12 +308,12 @@ class PlannerClient:
 
     def _take_sequence(self, message: ContactSequence) -> None:
         self.sequence = message
-        for told in self._on_sequence:
-            told(message)
+        for callback in self._on_sequence:
+            callback(message)
         self.wake()
 
     def _take_status(self, message: PlannerStatus) -> None:
         self.status = message
-        for told in self._on_status:
-            told(message)
+        for callback in self._on_status:
+            callback(message)
         self.wake()

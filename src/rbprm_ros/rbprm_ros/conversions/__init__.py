@@ -1,6 +1,6 @@
-"""Messages to core types and back: the only place that knows both.
+"""Conversion between messages and types of the core; the only room that uses both.
 
-Values from outside are checked here or in the core; errors name the field as the message has it.
+Values from outside are validated here or in the core; errors name the field of the message.
 """
 
 from rbprm_ros.conversions.diagnostics import diagnostics_message

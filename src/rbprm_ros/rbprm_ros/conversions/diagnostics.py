@@ -1,4 +1,4 @@
-"""Health of the node for /diagnostics."""
+"""The node's health as a message for /diagnostics."""
 
 from __future__ import annotations
 
@@ -7,21 +7,22 @@ from dataclasses import dataclass
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Header
 
-LONG_QUEUE = 5  # calls; more wait longer than an executive expects
+LONG_QUEUE = 5  # calls; more calls wait longer than an executive expects
 
 
 @dataclass(frozen=True)
 class Health:
-    """What is to be told.
+    """The health of the node.
 
     Attributes:
-        worker_alive: whether the planning process runs and answers.
-        restarts: times that it had to be started again since the node came up.
-        environment_version: counts changes of the environment; 0 before the first.
-        environment_age: seconds since the newest message about it; None before the first.
-        rejection: why the newest one was refused; "" where it was not.
-        planning_time: seconds that the newest plan took; None before the first.
-        queue: calls that wait or are served.
+        worker_alive: whether both worker processes are running.
+        restarts: number of worker processes that were lost since the node was configured.
+        environment_version: number of changes of the environment.
+        environment_age: time since the newest message about the environment, seconds; None before
+            the first.
+        rejection: why the newest message was refused; "" where it was accepted.
+        planning_time: planning time of the published sequence, seconds; None where there is none.
+        queue: number of calls and goals that wait or are served.
     """
 
     worker_alive: bool
@@ -34,10 +35,12 @@ class Health:
 
 
 def diagnostics_message(health: Health, header: Header, node: str) -> DiagnosticArray:
-    """Three statuses: planning process, environment, queue of calls.
+    """A message with three statuses: planning process, environment, and queue of calls.
 
     Args:
-        header: its stamp is that of the diagnostics. node: name of the node.
+        health: the health of the node.
+        header: header with the time of the diagnostics.
+        node: name of the node.
     """
     statuses = (_process(health), _environment(health), _queue(health))
     for status in statuses:
@@ -48,10 +51,13 @@ def diagnostics_message(health: Health, header: Header, node: str) -> Diagnostic
 def _process(health: Health) -> DiagnosticStatus:
     level, text = DiagnosticStatus.OK, "runs"
     if not health.worker_alive:
-        level, text = DiagnosticStatus.ERROR, "is gone; the next call starts a new one"
+        level, text = DiagnosticStatus.ERROR, "has died; the next call starts a new one"
     elif health.restarts:
         level, text = DiagnosticStatus.WARN, f"was started again {health.restarts} times"
-    values = {"restarts": health.restarts, "last planning time [s]": _shown(health.planning_time)}
+    values = {
+        "restarts": health.restarts,
+        "last planning time [s]": _seconds_text(health.planning_time),
+    }
     return _status("planning process", level, text, values)
 
 
@@ -61,7 +67,7 @@ def _environment(health: Health) -> DiagnosticStatus:
         level, text = DiagnosticStatus.ERROR, f"newest message refused: {health.rejection}"
     elif not health.environment_version:
         level, text = DiagnosticStatus.WARN, "nothing received: publish on ~/surfaces"
-    age = _shown(health.environment_age)
+    age = _seconds_text(health.environment_age)
     return _status(
         "environment", level, text, {"version": health.environment_version, "age [s]": age}
     )
@@ -79,5 +85,5 @@ def _status(name: str, level: bytes, text: str, values: dict[str, object]) -> Di
     return DiagnosticStatus(name=name, level=level, message=text, values=pairs)
 
 
-def _shown(seconds: float | None) -> str:
+def _seconds_text(seconds: float | None) -> str:
     return "" if seconds is None else f"{seconds:.3f}"

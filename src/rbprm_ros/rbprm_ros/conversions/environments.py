@@ -1,4 +1,4 @@
-"""A whole environment from a mesh file, for the service that sets one."""
+"""The environment of the service SetEnvironment: from a mesh file, or from polygons."""
 
 from __future__ import annotations
 
@@ -25,10 +25,15 @@ UNSET = (0.0,) * 7
 
 
 def update_of_setting(message: SetEnvironment.Request, settings: Settings) -> SurfaceUpdate:
-    """The snapshot that a call sets: of a mesh file, or of polygons and obstacles.
+    """The snapshot that a call sets: a mesh file, or polygons and obstacles.
+
+    Args:
+        message: request of the call.
+        settings: parameters of the node.
 
     Raises:
-        InvalidInput: both, neither, a change instead of a snapshot, or one that cannot be used.
+        InvalidInput: the request has both or neither, a change instead of a snapshot, or a snapshot
+            that cannot be used; names the field.
     """
     given = message.environment
     has_polygons = bool(given.surfaces or given.obstacles)
@@ -49,16 +54,18 @@ def update_of_setting(message: SetEnvironment.Request, settings: Settings) -> Su
 def snapshot_update(
     mesh: str, pose: PoseMessage, friction: float, settings: Settings
 ) -> SurfaceUpdate:
-    """A snapshot of one mesh file: its contact surfaces, the rest of it as an obstacle.
+    """A snapshot of one mesh file: its contact surfaces, and the rest of the mesh as an obstacle.
 
     Args:
-        mesh: "package://NAME/path" in the share folder of a ROS package, or in that of a Python
-            package or the package itself; else a path, relative to a share folder or absolute.
-        pose: of the mesh's frame in the planning frame; all zero is the identity.
-        friction: coefficient of its surfaces.
+        mesh: "package://NAME/path" in the share folder of a ROS package, in the share folder of a
+            Python package, or in the Python package itself; else a path, relative to a share folder
+            or absolute.
+        pose: pose of the mesh's frame in the planning frame; all zero stands for the identity.
+        friction: coefficient of Coulomb friction of the surfaces.
+        settings: parameters of the node.
 
     Raises:
-        InvalidInput: `mesh`, `pose` or `friction`, and what to do.
+        InvalidInput: `mesh`, `pose` or `friction` cannot be used.
     """
     friction = finite_number("friction", friction, low=0.0, high=MAX_FRICTION)
     unset = (*triple(pose.position), *quadruple(pose.orientation)) == UNSET
@@ -73,7 +80,7 @@ def snapshot_update(
     require_triangles("mesh", len(triangles), settings)
     triangles = triangles[areas(triangles) >= MIN_TRIANGLE]
     if not len(triangles):
-        raise InvalidInput("mesh", mesh, "has no triangle that has an area; is it in metres?")
+        raise InvalidInput("mesh", mesh, "has no triangle with an area; is it in metres?")
     return SurfaceUpdate(
         meshes=(MeshUpdate(path.stem, triangles, friction),),
         classification=settings.classification,
@@ -81,10 +88,13 @@ def snapshot_update(
 
 
 def mesh_path(mesh: str) -> Path:
-    """Path of a mesh named as `snapshot_update` takes it.
+    """Path of a mesh file.
+
+    Args:
+        mesh: name of the mesh; see `snapshot_update`.
 
     Raises:
-        InvalidInput: no such file or package; lists where it was searched.
+        InvalidInput: no such file or package; the text lists the searched folders.
     """
     uri = PACKAGE_URI.fullmatch(mesh)
     if mesh.startswith("package:") and uri is None:
@@ -96,12 +106,12 @@ def mesh_path(mesh: str) -> Path:
     except InvalidInput as error:
         reason = f"{error.reason}; give an absolute path, or the package that ships the file"
         raise InvalidInput("mesh", mesh, reason) from error
-    except OSError as error:  # a name that is no name of a file
+    except OSError as error:  # the name cannot be the name of a file
         raise InvalidInput("mesh", mesh, f"cannot be a file: {error.strerror}") from error
 
 
 def _in_python_package(package: str, path: str) -> Path | None:
-    """The file in a Python package; None where there is none."""
+    """Path of a file in a Python package; None where there is none."""
     spec = find_spec(package)
     folders = [] if spec is None else list(spec.submodule_search_locations or ())
     return next((p for p in (Path(folder) / path for folder in folders) if p.is_file()), None)

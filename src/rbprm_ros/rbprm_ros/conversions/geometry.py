@@ -1,4 +1,4 @@
-"""Points, vectors, quaternions, poses and times."""
+"""Conversion of points, vectors, quaternions, poses and times."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ Triple = tuple[float, float, float]
 Quadruple = tuple[float, float, float, float]
 Vector = TypeVar("Vector", Point, Vector3)
 
-NANOSECONDS = 1_000_000_000  # of a second
+NANOSECONDS = 1_000_000_000  # per second
 
 
 def triple(message: Point | Vector3) -> Triple:
-    """Coordinates of a point or vector."""
+    """The coordinates (3,) of a point or vector."""
     return (message.x, message.y, message.z)
 
 
 def quadruple(message: Quaternion) -> Quadruple:
-    """Quaternion [x, y, z, w]."""
+    """The quaternion [x, y, z, w] of a message."""
     return (message.x, message.y, message.z, message.w)
 
 
 def vector_message(kind: type[Vector], values: Iterable[float]) -> Vector:
-    """A point or vector of three numbers."""
+    """A point or vector with three coordinates."""
     x, y, z = map(float, values)
     return kind(x=x, y=y, z=z)
 
 
 def pose_message(position: Iterable[float], orientation: Iterable[float]) -> PoseMessage:
-    """A pose of a position and a quaternion [x, y, z, w]."""
+    """A pose with a position (3,), metres, and a quaternion [x, y, z, w]."""
     x, y, z, w = map(float, orientation)
     return PoseMessage(
         position=vector_message(Point, position), orientation=Quaternion(x=x, y=y, z=z, w=w)
@@ -46,35 +46,44 @@ def pose_message(position: Iterable[float], orientation: Iterable[float]) -> Pos
 
 
 def pose_of_message(message: PoseMessage) -> Pose:
-    """A pose in the words of the plan file."""
+    """The pose of a message as a plan record holds it."""
     return Pose(position=triple(message.position), orientation=quadruple(message.orientation))
 
 
 def placement_of_message(message: PoseMessage, field: str) -> Placement:
-    """A validated placement.
+    """The validated placement of a message.
+
+    Args:
+        message: a pose.
+        field: field of the message that holds the pose, for errors.
 
     Raises:
-        InvalidInput: not finite, or not a unit quaternion.
+        InvalidInput: a value that is not finite, or a quaternion that is not a unit quaternion.
     """
     return Placement.parse(triple(message.position), quadruple(message.orientation), field)
 
 
 def nanoseconds_of(message: Time) -> int:
-    """A time as nanoseconds."""
+    """The time of a message, nanoseconds."""
     return int(message.sec) * NANOSECONDS + int(message.nanosec)
 
 
 def time_message(nanoseconds: int) -> Time:
-    """A time of nanoseconds."""
+    """The message of a time in nanoseconds."""
     sec, nanosec = divmod(nanoseconds, NANOSECONDS)
     return Time(sec=sec, nanosec=nanosec)
 
 
 def require_frame(header: Header, planning_frame: str, field: str) -> None:
-    """Refuse a header that is not in the planning frame; "" counts as that frame.
+    """Refuse a header with another frame than the planning frame; "" stands for that frame.
+
+    Args:
+        header: the header.
+        planning_frame: name of the planning frame.
+        field: field of the message that holds the header, for errors.
 
     Raises:
-        InvalidInput: another frame, or a stamp that is no time.
+        InvalidInput: another frame, or a stamp with too many nanoseconds.
     """
     if header.frame_id not in ("", planning_frame):
         reason = f'must be the planning frame "{planning_frame}", or ""; nothing is transformed'

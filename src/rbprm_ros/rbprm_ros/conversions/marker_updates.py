@@ -1,4 +1,4 @@
-"""Triangle lists of marker arrays, as many perception stacks publish what they see."""
+"""Surfaces from triangle lists in marker arrays, which many perception stacks publish."""
 
 from __future__ import annotations
 
@@ -30,22 +30,25 @@ from rbprm_ros.settings import Settings
 
 Array = NDArray[np.float64]
 
-NO_ROTATION = (0.0, 0.0, 0.0, 0.0)  # what nobody set; RViz too takes it for the identity
+UNSET_ORIENTATION = (0.0, 0.0, 0.0, 0.0)  # stands for the identity, as in RViz
 ACTIONS = (Marker.ADD, Marker.DELETE, Marker.DELETEALL)
 
 
 def update_of_markers(message: MarkerArray, settings: Settings) -> SurfaceUpdate:
-    """A change of the environment: each marker is a mesh of the id "ns/id".
+    """A change of the environment in which each marker is a mesh with the id "ns/id".
 
-    Facets are found in it as in a mesh of a scenario; those that are no contact surface are an
-    obstacle. Deleting what is not there does nothing, as in RViz. Colours and lifetimes are not
-    looked at.
+    Contact surfaces are found in it as in a mesh of a scenario; the rest is an obstacle. The
+    deletion of an unknown marker does nothing, as in RViz. Colours and lifetimes are ignored.
+
+    Args:
+        message: the markers.
+        settings: parameters of the node.
 
     Raises:
         InvalidInput: another frame or type of marker, an unknown action, points that make no
             triangles, a scale or pose that cannot be used, or more than the parameters allow.
     """
-    settled: dict[str, MeshUpdate] = {}
+    set_meshes: dict[str, MeshUpdate] = {}
     removed: dict[str, None] = {}
     cleared: dict[str, None] = {}
     stamp = 0
@@ -60,12 +63,12 @@ def update_of_markers(message: MarkerArray, settings: Settings) -> SurfaceUpdate
         stamp = max(stamp, nanoseconds_of(marker.header.stamp))
         match marker.action:
             case Marker.ADD:
-                settled[identity] = _mesh(marker, identity, field, settings)
+                set_meshes[identity] = _mesh(marker, identity, field, settings)
             case Marker.DELETE:
-                settled.pop(identity, None)
+                set_meshes.pop(identity, None)
                 removed[identity] = None
             case Marker.DELETEALL:
-                settled = _others(settled.values(), marker.ns)
+                set_meshes = _others(set_meshes.values(), marker.ns)
                 cleared[marker.ns] = None
             case _:
                 reason = f"must be one of {ACTIONS}: add or modify, delete, delete all"
@@ -73,7 +76,7 @@ def update_of_markers(message: MarkerArray, settings: Settings) -> SurfaceUpdate
     return SurfaceUpdate(
         is_diff=True,
         stamp=stamp,
-        meshes=tuple(settled.values()),
+        meshes=tuple(set_meshes.values()),
         removed_meshes=tuple(removed),
         cleared=tuple(cleared),
         classification=settings.classification,
@@ -81,7 +84,7 @@ def update_of_markers(message: MarkerArray, settings: Settings) -> SurfaceUpdate
 
 
 def _others(meshes: Iterable[MeshUpdate], namespace: str) -> dict[str, MeshUpdate]:
-    """Meshes that are not of a namespace; "" is all of them."""
+    """The meshes of other namespaces, by id; "" stands for all namespaces."""
     return {m.id: m for m in meshes if namespace not in ("", m.namespace)}
 
 
@@ -102,14 +105,14 @@ def _mesh(marker: Marker, identity: str, field: str, settings: Settings) -> Mesh
     if np.abs(triangles).max() > MAX_COORDINATE:
         reason = f"must lie within {MAX_COORDINATE:g} m of the origin, scaled and placed"
         raise InvalidInput(f"{field}.points", f"{len(points)} points", reason)
-    triangles = triangles[areas(triangles) >= MIN_TRIANGLE]  # what is flat bounds nothing
+    triangles = triangles[areas(triangles) >= MIN_TRIANGLE]  # a flat triangle bounds no volume
     if not len(triangles):
-        reason = "make no triangle that has an area"
+        reason = "make no triangle with an area"
         raise InvalidInput(f"{field}.points", f"{len(points)} points", reason)
     return MeshUpdate(identity, triangles, settings.marker_friction, marker.ns)
 
 
 def _placement(marker: Marker, field: str) -> Placement:
-    if quadruple(marker.pose.orientation) == NO_ROTATION:
+    if quadruple(marker.pose.orientation) == UNSET_ORIENTATION:
         return Placement.parse(triple(marker.pose.position), field=field)
     return placement_of_message(marker.pose, field)

@@ -1,4 +1,4 @@
-"""A plan and its environment as markers, ready for RViz."""
+"""A plan and its environment as markers for RViz."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from rbprm_ros.environment.snapshot import Snapshot
 
 Array = NDArray[np.float64]
 
-MAX_TRIANGLES = 8_000  # drawn; the message stays under a megabyte
+MAX_TRIANGLES = 8_000  # so that the message has less than a megabyte
 MAX_LABELS = 200  # footprints with a number
 SILHOUETTES = 6  # states in which the robot is drawn
 SEE_THROUGH = 0.5  # opacity of surfaces
@@ -35,14 +35,15 @@ FOOT, LINE, BONE, TEXT = 0.03, 0.015, 0.02, 0.06  # diameters, widths and height
 def markers_message(
     header: Header, snapshot: Snapshot, plan: ContactPlan | None = None
 ) -> MarkerArray:
-    """Everything there is to see; what was shown before is deleted first.
+    """Markers of environment and plan; earlier markers are deleted first.
 
     Args:
-        header: frame_id is the planning frame.
-        plan: that is published; None where there is none.
+        header: header in the planning frame.
+        snapshot: the environment.
+        plan: the published plan; None where there is none.
 
     Raises:
-        InvalidInput: a plan whose robot cannot be read.
+        InvalidInput: the plan's robot cannot be loaded.
     """
     markers = [_marker(header, "", 0, action=Marker.DELETEALL)]
     markers += _environment(header, snapshot)
@@ -90,7 +91,7 @@ def _guide(header: Header, plan: ContactPlan) -> list[Marker]:
 
 
 def _feet(header: Header, feet: Sequence[Footprint], colors: dict[str, ColorRGBA]) -> list[Marker]:
-    """Point contacts as balls and patches as flat polygons, in the colours of their limbs."""
+    """Point contacts as balls, and patches as flat polygons, in the colours of their limbs."""
     balls = [foot for foot in feet if not len(foot.corners)]
     markers = []
     if balls:
@@ -112,7 +113,7 @@ def _feet(header: Header, feet: Sequence[Footprint], colors: dict[str, ColorRGBA
 
 
 def _labels(header: Header, feet: Sequence[Footprint]) -> list[Marker]:
-    """The state that makes each contact, as a number over it."""
+    """Numbers over the contacts: the index of the state that makes each one."""
     scale, color = Vector3(z=TEXT), _color(INK)
     return [
         _marker(
@@ -130,7 +131,7 @@ def _labels(header: Header, feet: Sequence[Footprint]) -> list[Marker]:
 
 
 def _silhouettes(header: Header, plan: ContactPlan) -> list[Marker]:
-    """Skeletons of the robot in some states, first and last among them; later ones are clearer."""
+    """Skeletons of the robot in some states, with first and last; later ones are more opaque."""
     model = _model(plan.robot.urdf)
     data = model.createData()
     chosen = np.unique(np.linspace(0, len(plan.states) - 1, SILHOUETTES).round().astype(int))
@@ -148,7 +149,7 @@ def _silhouettes(header: Header, plan: ContactPlan) -> list[Marker]:
 
 
 def _bones(model: pin.Model, data: pin.Data, plan: ContactPlan, state: int) -> Array:
-    """Ends (2 n, 3) of lines between joints that follow each other, and on to the contacts."""
+    """Ends (2 n, 3) of the lines from joint to joint, and from the last joints to the contacts."""
     origins = np.array([placement.translation for placement in data.oMi])
     parents = np.array(model.parents)
     joints = np.arange(2, model.njoints)  # those below the root

@@ -1,4 +1,4 @@
-"""Triangles in messages."""
+"""Conversion of triangles."""
 
 from __future__ import annotations
 
@@ -15,15 +15,20 @@ from rbprm_ros.settings import Settings
 
 Array = NDArray[np.float64]
 
-MIN_TRIANGLE = 1e-12  # square metres; smaller ones have no direction that means anything
+MIN_TRIANGLE = 1e-12  # square metres; the normals of smaller triangles mean nothing
 CORNERS_PER_TRIANGLE = 3
 
 
 def triangles_of_mesh(message: Mesh, field: str) -> Array:
-    """Triangles (n, 3, 3) of a mesh, metres.
+    """The triangles (n, 3, 3) of a mesh, metres.
+
+    Args:
+        message: the mesh.
+        field: field of the message that holds the mesh, for errors.
 
     Raises:
-        InvalidInput: none, an index out of range, not finite, beyond 100 km, or without an area.
+        InvalidInput: no triangles, an index out of range, a vertex that is not finite or beyond 100
+            km, or a triangle without an area.
     """
     if not message.triangles:
         reason = "has no triangles: leave the obstacle out, or name its id in removed_ids"
@@ -45,7 +50,7 @@ def triangles_of_mesh(message: Mesh, field: str) -> Array:
 
 
 def mesh_message(triangles: Array) -> Mesh:
-    """The mesh of triangles (n, 3, 3), corners that are shared once."""
+    """The mesh of triangles (n, 3, 3), metres; a shared corner is one vertex."""
     corners, faces = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
     rows = faces.reshape(-1, 3).astype(np.uint32)
     return Mesh(
@@ -55,10 +60,14 @@ def mesh_message(triangles: Array) -> Mesh:
 
 
 def points_array(points: Sequence[Point], field: str) -> Array:
-    """Points (n, 3) of a message.
+    """The points (n, 3) of a message, metres.
+
+    Args:
+        points: the points.
+        field: field of the message that holds the points, for errors.
 
     Raises:
-        InvalidInput: names the first that is not finite, or beyond 100 km.
+        InvalidInput: names the first point that is not finite, or beyond 100 km.
     """
     array = np.array([(p.x, p.y, p.z) for p in points], dtype=float).reshape(-1, 3)
     bad = ~(np.abs(array) <= MAX_COORDINATE).all(axis=1)  # NaN too
@@ -70,13 +79,13 @@ def points_array(points: Sequence[Point], field: str) -> Array:
 
 
 def areas(triangles: Array) -> Array:
-    """Areas (n,) of triangles (n, 3, 3), square metres."""
+    """The areas (n,) of triangles (n, 3, 3), square metres."""
     sides = triangles[:, 1:] - triangles[:, :1]
     return np.asarray(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2)
 
 
 def require_triangles(field: str, count: int, settings: Settings) -> None:
-    """Refuse more triangles than the parameter allows."""
+    """Refuse more triangles than the parameter `max_triangles` allows."""
     if count > settings.max_triangles:
         reason = f"are too many; the parameter max_triangles is {settings.max_triangles}"
         raise InvalidInput(field, f"{count} triangles", reason)

@@ -7,7 +7,7 @@ import math
 from geometry_msgs.msg import Point, PoseStamped, Vector3
 from geometry_msgs.msg import Pose as PoseMessage
 from nav_msgs.msg import Path
-from rbprm_msgs.msg import Contact, ContactSequence, ContactState, PlanStatistics
+from rbprm_msgs.msg import Contact, ContactSequence, ContactState, PlanStatistics, StageTime
 from std_msgs.msg import Header
 
 from rbprm_core.check import count_transitions, missing_goal_limbs
@@ -25,6 +25,7 @@ from rbprm_core.plan_record import (
     Statistics,
 )
 from rbprm_core.request import END_TOLERANCE
+from rbprm_core.stages import TIMED
 from rbprm_core.validation import (
     MAX_FRICTION,
     finite_array,
@@ -104,10 +105,11 @@ def statistics_message(plan: ContactPlan) -> PlanStatistics:
     """Times and counts."""
     time, counts = plan.statistics.time, plan.statistics.counts
     return PlanStatistics(
-        time_prepare=time.get("prepare", 0.0),
-        time_guide=time.get("guide", 0.0),
-        time_shortcut=time.get("shortcut", 0.0),
-        time_sequence=time.get("sequence", 0.0),
+        times=[
+            StageTime(stage=stage, seconds=seconds)
+            for stage, seconds in time.items()
+            if stage in TIMED
+        ],
         time_total=time.get("total", 0.0),
         guides=counts.get("guides", 0),
         guide_nodes=counts.get("guide_nodes", 0),
@@ -242,13 +244,8 @@ def _guide_node(message: PoseMessage) -> GuideNode:
 
 def _statistics(message: PlanStatistics) -> Statistics:
     return Statistics(
-        time={
-            "prepare": message.time_prepare,
-            "guide": message.time_guide,
-            "shortcut": message.time_shortcut,
-            "sequence": message.time_sequence,
-            "total": message.time_total,
-        },
+        time={entry.stage: entry.seconds for entry in message.times}
+        | {"total": message.time_total},
         counts={
             "guides": message.guides,
             "guide_nodes": message.guide_nodes,
@@ -275,6 +272,7 @@ def _state_message(index: int, state: StateEntry) -> ContactState:
 def _contact_message(contact: ContactEntry) -> Contact:
     return Contact(
         limb=contact.limb,
+        spot=contact.spot,
         frame=contact.frame,
         type=TYPES[contact.type],
         pose=pose_message(contact.position, contact.orientation),
@@ -300,6 +298,7 @@ def _contact_entry(message: Contact) -> ContactEntry:
     pose = pose_of_message(message.pose)
     return ContactEntry(
         limb=message.limb,
+        spot=message.spot,
         frame=message.frame,
         frame_offset=pose_of_message(message.frame_offset),
         type=TYPE_NAMES[message.type],  # type: ignore[arg-type]

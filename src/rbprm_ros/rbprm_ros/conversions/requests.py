@@ -199,7 +199,7 @@ def request_message(
 
 
 def _chosen_limbs(choice: RobotChoice) -> tuple[str, ...]:
-    """Names of the limbs of a robot as it was asked for.
+    """Names of the limbs that are chosen for a robot.
 
     Raises:
         InvalidInput: `limbs`, or `root_joints.i` of a joint that cannot be planned with the root.

@@ -1,4 +1,4 @@
-"""Outcomes of requests."""
+"""Results of requests as messages."""
 
 from __future__ import annotations
 
@@ -9,43 +9,44 @@ from rbprm_msgs.msg import PlanningResult
 from rbprm_core.check import missing_goal_limbs
 from rbprm_core.contacts.continuation import ROUNDING
 from rbprm_core.plan_record import ContactPlan
-from rbprm_ros.failure import SUCCEEDED, Failure
+from rbprm_ros.errors import NO_ERROR, ErrorData
 
 
-def result_message(failure: Failure = SUCCEEDED) -> PlanningResult:
-    """How a request ended; by default in success."""
+def result_message(error: ErrorData = NO_ERROR) -> PlanningResult:
+    """The message of an error; by default of success."""
     return PlanningResult(
-        code=int(failure.code),
-        text=failure.text,
-        field=failure.field,
-        value=failure.value,
-        limb=failure.limb,
-        state=failure.state,
-        fraction=failure.fraction,
+        code=int(error.code),
+        text=error.text,
+        field=error.field,
+        value=error.value,
+        cause=int(error.cause),
+        limb=error.limb,
+        state=error.state,
+        fraction=error.fraction,
     )
 
 
 def success_message(plan: ContactPlan) -> PlanningResult:
-    """Success; the text says what the plan lacks of what was asked for."""
-    lacks = [text for text in (_weak(plan), _goal_missed(plan)) if text]
-    return result_message(replace(SUCCEEDED, text="; ".join(lacks)))
+    """The message of a success; its text says what the plan lacks of the request."""
+    texts = [text for text in (_low_robustness(plan), _missing_limbs(plan)) if text]
+    return result_message(replace(NO_ERROR, text="; ".join(texts)))
 
 
-def _weak(plan: ContactPlan) -> str:
-    """What there is to say of states under the threshold; "" where there are none."""
-    asked = plan.request.robustness_threshold
-    least = min((state.robustness for state in plan.states), default=asked)
-    if least >= asked - ROUNDING:
+def _low_robustness(plan: ContactPlan) -> str:
+    """Text about states below the robustness threshold; "" where there are none."""
+    threshold = plan.request.robustness_threshold
+    minimum = min((state.robustness for state in plan.states), default=threshold)
+    if minimum >= threshold - ROUNDING:
         return ""
     return (
-        f"the least robustness is {least:.3g} N, under the {asked:g} N asked for, as the parameter "
-        "generator.accept_below_threshold allows"
+        f"the minimum robustness is {minimum:.3g} N, below the requested {threshold:g} N, as the "
+        "parameter generator.accept_below_threshold allows"
     )
 
 
-def _goal_missed(plan: ContactPlan) -> str:
-    """What there is to say of limbs that are not in contact at the goal; "" where all are."""
+def _missing_limbs(plan: ContactPlan) -> str:
+    """Text about limbs that are not in contact at the goal; "" where all are."""
     missing = missing_goal_limbs(plan)
     if not missing:
         return ""
-    return f"not in contact in the last state, as goal_limbs asks: {', '.join(missing)}"
+    return f"limbs of goal_limbs without contact in the last state: {', '.join(missing)}"

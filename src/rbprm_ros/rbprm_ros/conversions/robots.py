@@ -1,4 +1,4 @@
-"""The robots that can be planned for."""
+"""The known robots as messages."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from rbprm_core.robot import Robot, known_robots, load_description
 
 
 def robot_messages(*files: str) -> list[RobotInfo]:
-    """All known robots by name, then robots of files.
+    """Messages of all known robots, sorted by name, then of robots from files.
 
-    The first call reads the robots' models, a tenth of a second; those that follow do not.
+    The first call loads the robots' models, which takes a tenth of a second.
 
     Args:
-        files: paths of robot files, as requests name them; a known name is not told twice.
+        files: paths of robot files, as in requests; known names are not listed again.
 
     Raises:
-        InvalidInput: a robot file that cannot be used.
+        InvalidInput: a robot file cannot be used.
     """
     return [_message(name) for name in dict.fromkeys([*sorted(known_robots()), *files])]
 

@@ -36,7 +36,7 @@ def status_message(
         executed_state=status.executed,
         environment_version=status.environment_version,
         surfaces_stamp=time_message(status.surfaces_stamp),
-        result=result_message(status.failure),
+        result=result_message(status.error),
     )
 
 
@@ -46,6 +46,7 @@ def invalid_state_messages(states: Iterable[InvalidState]) -> list[InvalidStateM
         InvalidStateMessage(
             index=state.index,
             reason=int(state.reason),
+            cause=int(state.failure.cause),
             limb=state.limb,
             surface_id=state.surface,
             text=state.text,

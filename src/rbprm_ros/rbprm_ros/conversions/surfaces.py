@@ -1,4 +1,4 @@
-"""Surfaces and obstacles as they come and as perception sends them."""
+"""Conversion of surfaces and obstacles."""
 
 from __future__ import annotations
 
@@ -29,10 +29,14 @@ from rbprm_ros.settings import Settings
 
 
 def update_of_message(message: SurfaceArray, settings: Settings) -> SurfaceUpdate:
-    """An update of the environment; its polygons are validated where they are taken in.
+    """An update of the environment; its polygons are validated when it is accepted.
+
+    Args:
+        message: surfaces and obstacles.
+        settings: parameters of the node.
 
     Raises:
-        InvalidInput: another frame, no time, or more than the parameters allow.
+        InvalidInput: another frame, an invalid stamp, or more than the parameters allow.
     """
     require_frame(message.header, settings.planning_frame, "header")
     if len(message.surfaces) > settings.max_surfaces:
@@ -54,12 +58,12 @@ def update_of_message(message: SurfaceArray, settings: Settings) -> SurfaceUpdat
 
 
 def surfaces_message(surfaces: Iterable[Surface], header: Header) -> SurfaceArray:
-    """A snapshot of surfaces."""
+    """A snapshot of surfaces, without obstacles."""
     return SurfaceArray(header=header, surfaces=[_message(surface) for surface in surfaces])
 
 
 def environment_message(snapshot: Snapshot, header: Header) -> SurfaceArray:
-    """A snapshot as it could be published: polygons as they were received, obstacles."""
+    """The message of a snapshot: polygons as they were received, and obstacles."""
     return SurfaceArray(
         header=header,
         surfaces=[_entry_message(entry) for entry in snapshot.entry.surfaces],
@@ -68,12 +72,16 @@ def environment_message(snapshot: Snapshot, header: Header) -> SurfaceArray:
 
 
 def environment_entry(message: SurfaceArray) -> EnvironmentEntry:
-    """What a plan was made in, for its check: of the answer of ~/get_environment.
+    """The environment of a plan, for its check, from an answer of ~/get_environment.
 
-    An obstacle is its triangles, named "id/number", without friction: nothing is to stand on them.
+    The triangles of obstacles become surfaces named "id/number", without friction, since no limb is
+    to make contact with them.
+
+    Args:
+        message: surfaces and obstacles.
 
     Raises:
-        InvalidInput: obstacles that are no triangles.
+        InvalidInput: an obstacle without valid triangles.
     """
     obstacles = [
         SurfaceEntry(id=f"{obstacle.id}/{k}", vertices=_corners(triangle), friction=0.0)
@@ -101,7 +109,7 @@ def _obstacles(messages: Sequence[ObstacleMessage], settings: Settings) -> tuple
 
 
 def _entry(message: SurfaceMessage) -> SurfaceEntry:
-    # Not validated, unlike a usual record: that is for `make_surface`, which names the field.
+    # Not validated, unlike other records: `make_surface` validates it and names the field.
     return SurfaceEntry.model_construct(
         id=message.id,
         vertices=_ring(message.vertices),

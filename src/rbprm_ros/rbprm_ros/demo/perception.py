@@ -1,4 +1,4 @@
-"""A scenario's environment and its edits, as perception would send them."""
+"""A stand-in for perception: publishes a scenario's environment and its edits."""
 
 from __future__ import annotations
 
@@ -16,10 +16,13 @@ from rbprm_ros.rclpy_utils.qos import STREAM
 
 
 class Perception:
-    """Publishes surfaces for a planner.
+    """Publishes a scenario's surfaces for a planner.
 
     Args:
-        planner: name of the planner's node. frame: of the surfaces, its planning frame.
+        node: node that publishes.
+        scenario: the scenario.
+        planner: name of the planner's node.
+        frame: the planner's planning frame, in which the surfaces are.
     """
 
     def __init__(self, node: Node, scenario: Scenario, planner: str, frame: str) -> None:
@@ -28,25 +31,28 @@ class Perception:
             SurfaceArray,
             f"{planner}/surfaces",
             STREAM,
-            # The planner's second reader wants latched messages, by intention: no warning.
+            # The planner's second reader requests latched messages, by design: no warning.
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
         )
 
-    def heard(self) -> bool:
-        """Whether anybody listens."""
+    def has_subscriber(self) -> bool:
+        """Whether the topic has a subscriber."""
         return self._publisher.get_subscription_count() > 0
 
-    def see_all(self) -> set[str]:
+    def publish_all(self) -> set[str]:
         """Publish the whole environment, without edits; returns the ids of its surfaces."""
         surfaces = scenario_surfaces(self._scenario)
         self._publisher.publish(surfaces_message(surfaces, self._header()))
         return {surface.id for surface in surfaces}
 
-    def see_edit(self, edit: EditText) -> None:
-        """Publish what an edit changes, and nothing else.
+    def publish_edit(self, edit: EditText) -> None:
+        """Publish the change of an edit.
+
+        Args:
+            edit: the edit.
 
         Raises:
-            InvalidInput: a polygon of the edit that cannot be used.
+            InvalidInput: a polygon of the edit cannot be used.
         """
         rule = self._scenario.environment.classification
         message = surfaces_message(
@@ -60,9 +66,9 @@ class Perception:
 
 
 def scenario_surfaces(scenario: Scenario) -> tuple[Surface, ...]:
-    """Surfaces of a scenario's environment, slivers that are no polygon left out.
+    """The surfaces of a scenario's environment, without slivers too small for a polygon.
 
     Raises:
-        InvalidInput: an environment that cannot be read.
+        InvalidInput: the environment cannot be read.
     """
     return tuple(s for s in scenario.scene().surfaces if s.polygon.area > MIN_AREA)

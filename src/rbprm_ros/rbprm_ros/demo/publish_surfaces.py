@@ -1,7 +1,7 @@
 """`publish_surfaces SCENARIO`: a stand-in for perception.
 
-Reads a scenario's environment and publishes all its surfaces as one latched snapshot. Stays up
-until stopped, since a latched message lives as long as its publisher.
+It reads a scenario's environment and publishes all its surfaces as one latched snapshot. It runs
+until it is stopped, since a latched message exists as long as its publisher.
 """
 
 from __future__ import annotations
@@ -24,7 +24,11 @@ USAGE = "usage: publish_surfaces SCENARIO [--ros-args -p topic:=NAME -p frame_id
 
 
 class SurfacePublisher(Node):
-    """Publishes some surfaces once, latched."""
+    """Publishes surfaces once, latched.
+
+    Args:
+        surfaces: the surfaces.
+    """
 
     def __init__(self, surfaces: Sequence[Surface]) -> None:
         super().__init__("surface_publisher")
@@ -37,7 +41,15 @@ class SurfacePublisher(Node):
 
 
 def run(stop: threading.Event, arguments: list[str]) -> int:
-    """Publish until the event is set; returns the exit code, 2 where the scenario is no good."""
+    """Publish until an event is set.
+
+    Args:
+        stop: the event.
+        arguments: the command line.
+
+    Returns:
+        The exit code; 2 where the scenario cannot be used.
+    """
     publisher = node_of_argument(
         arguments,
         USAGE,

@@ -12,7 +12,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
 from rbprm_core.errors import Cancelled, ErrorCode
-from rbprm_ros.failure import NodeCode, NodeError, PlanningFailed
+from rbprm_ros.errors import NodeCode, NodeError, PlanningFailed
 from rbprm_ros.node.publishers import Publishers
 from rbprm_ros.node.services import require_room
 from rbprm_ros.planning.planning import Planning

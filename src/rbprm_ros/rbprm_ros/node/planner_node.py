@@ -18,7 +18,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 
 from rbprm_core.errors import InvalidInput
 from rbprm_ros.conversions import job_of_message
-from rbprm_ros.failure import NodeCode, NodeError
+from rbprm_ros.errors import NodeCode, NodeError
 from rbprm_ros.node.environment_inputs import EnvironmentInputs
 from rbprm_ros.node.parameters import Parameters
 from rbprm_ros.node.plan_action import PlanAction

@@ -1,4 +1,4 @@
-"""Progress as log lines: robot data, which take long once, for all; stages for who debugs."""
+"""Progress in the log: of robot data, which take long once, at level info; of stages at debug."""
 
 from __future__ import annotations
 
@@ -6,14 +6,15 @@ from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from rbprm_core.budget import Progress
 
-PARTS = 10  # lines that the making of robot data writes at most
+PARTS = 10  # largest number of lines about one stage
 
 
 class ProgressLog:
-    """Told progress, writes a line where there is something new to read.
+    """Writes progress to the log, one line for every tenth of a stage.
 
     Args:
-        subject: what is being worked on, at the beginning of every line.
+        logger: the log.
+        subject: name of the work, at the beginning of every line.
     """
 
     def __init__(self, logger: RcutilsLogger, subject: str) -> None:
@@ -21,11 +22,11 @@ class ProgressLog:
         self._last = ("", -1)
 
     def __call__(self, progress: Progress) -> None:
-        """Take progress in."""
-        news = (progress.stage, int(progress.fraction * PARTS))
-        if news == self._last:
+        """Write a line, if progress has reached another tenth or stage."""
+        current = (progress.stage, int(progress.fraction * PARTS))
+        if current == self._last:
             return
-        self._last = news
+        self._last = current
         note = f", {progress.states} states" if progress.states else ""
         line = f"{self._subject}: {progress.stage} {progress.fraction:.0%}{note}"
         if progress.stage == "robot data":

@@ -33,7 +33,7 @@ from rbprm_ros.conversions import (
 from rbprm_ros.conversions.diagnostics import Health
 from rbprm_ros.environment.snapshot import Snapshot
 from rbprm_ros.environment.store import Environment
-from rbprm_ros.failure import failure_of
+from rbprm_ros.errors import error_data
 from rbprm_ros.planning.planning import Planning
 from rbprm_ros.planning.sequence import PublishedSequence
 from rbprm_ros.planning.status import PlannerStatus
@@ -136,17 +136,17 @@ class Publishers:
         answer.result = success_message(sequence.plan)
 
     def answer_partly(self, plan: ContactPlan, answer: Answer) -> None:
-        """Fill the answer of a failure with the states that were found."""
+        """Fill the answer of a goal that failed with the states that were found."""
         answer.sequence = self._incomplete(plan, "")
         answer.statistics = statistics_message(plan)
 
     def refusal(self, error: Exception) -> PlanningResult:
         """Log an error and return it as a message."""
-        failure = failure_of(error)
+        data = error_data(error)
         if not isinstance(error, RbprmError):
             self._node.get_logger().error("".join(traceback.format_exception(error)))
-        self._node.get_logger().warning(f"refused: {failure.code.name}: {failure.text}")
-        return result_message(failure)
+        self._node.get_logger().warning(f"refused: {data.code.name}: {data.text}")
+        return result_message(data)
 
     def _header_of(self, sequence: PublishedSequence) -> Header:
         frame = self._settings().planning_frame

@@ -24,7 +24,7 @@ from rbprm_ros.conversions import (
     time_message,
     update_of_setting,
 )
-from rbprm_ros.failure import NodeCode, NodeError
+from rbprm_ros.errors import NodeCode, NodeError
 from rbprm_ros.node.environment_inputs import EnvironmentInputs
 from rbprm_ros.node.progress_log import ProgressLog
 from rbprm_ros.node.publishers import Publishers
@@ -36,7 +36,7 @@ from rbprm_ros.workers.jobs import RobotChoice
 
 
 class Services:
-    """Serves the node's services; every call gets an answer, with its failure in `result`.
+    """Serves the node's services; every call gets an answer, with its error in `result`.
 
     Args:
         node: the planner's node.

@@ -10,7 +10,7 @@ from rclpy.executors import Executor
 
 from rbprm_core.errors import Cancelled, ErrorCode
 from rbprm_core.plan_record import ContactPlan
-from rbprm_ros.failure import SUCCEEDED, Failure, NodeCode, NodeError, failure_of
+from rbprm_ros.errors import NO_ERROR, ErrorData, NodeCode, NodeError, error_data
 from rbprm_ros.planning.monitor import SequenceMonitor
 from rbprm_ros.planning.sequence import PublishedSequence
 from rbprm_ros.planning.status_tracker import StatusTracker
@@ -129,23 +129,23 @@ class PlanningCalls:
             if not self._tracker.active:  # the node was deactivated as the plan came
                 raise Cancelled(WAITING)
         except CancelledError as error:  # before it began
-            self._end(work, SUCCEEDED)
+            self._end(work, NO_ERROR)
             raise Cancelled(WAITING) from error
         except Exception as error:
-            self._end(work, failure_of(error))
+            self._end(work, error_data(error))
             raise
         self._works.discard(work)
         assert isinstance(plan, ContactPlan)
         return plan
 
-    def _end(self, work: WorkFuture[Result], failure: Failure) -> None:
+    def _end(self, work: WorkFuture[Result], error: ErrorData) -> None:
         """Update the status after a call without a plan.
 
-        The failure is in the status unless another call is under way, the node is not active, or a
+        The error is in the status unless another call is under way, the node is not active, or a
         newer goal cancelled this one.
         """
         self._works.discard(work)
-        cancelled = failure.code == ErrorCode.CANCELLED
+        cancelled = error.code == ErrorCode.CANCELLED
         if self._works or not self._tracker.active or cancelled:
-            failure = SUCCEEDED
-        self._tracker.end_call(bool(self._works), failure)
+            error = NO_ERROR
+        self._tracker.end_call(bool(self._works), error)

@@ -24,7 +24,7 @@ from rbprm_core.replanning import (
 )
 from rbprm_ros.environment.snapshot import Snapshot
 from rbprm_ros.environment.store import Environment
-from rbprm_ros.failure import Failure, NodeCode, failure_of
+from rbprm_ros.errors import ErrorData, NodeCode, error_data
 from rbprm_ros.planning.sequence import PublishedSequence
 from rbprm_ros.planning.status import Validity
 from rbprm_ros.planning.status_tracker import StatusTracker
@@ -158,7 +158,7 @@ class SequenceMonitor:
                 self._stale = False
                 await self._validate()
         except Exception as error:
-            self._tracker.record_validation(Validity.FAILED, failure=failure_of(error))
+            self._tracker.record_validation(Validity.FAILED, error=error_data(error))
             raise
         finally:
             self._running = False
@@ -172,7 +172,7 @@ class SequenceMonitor:
         try:
             invalid = await self._validator.validate_published(base, first)
         except RbprmError as error:
-            self._handle_failed_validation(base, failure_of(error))
+            self._handle_failed_validation(base, error_data(error))
             return
         self._retrying = False
         if self._tracker.published is not base:
@@ -180,16 +180,16 @@ class SequenceMonitor:
         elif not (self._stale and self._may_restart()):
             await self._respond(base, snapshot, invalid)
 
-    def _handle_failed_validation(self, base: PublishedSequence, failure: Failure) -> None:
+    def _handle_failed_validation(self, base: PublishedSequence, error: ErrorData) -> None:
         """Repeat a validation whose process was lost, once; else the status is FAILED.
 
         A sequence that ended one process may end every process.
         """
-        self._retrying = failure.code == NodeCode.WORKER_LOST and not self._retrying
+        self._retrying = error.code == NodeCode.WORKER_LOST and not self._retrying
         if self._retrying:
             self._stale = True
         elif self._tracker.published is base:
-            self._tracker.record_validation(Validity.FAILED, failure=failure)
+            self._tracker.record_validation(Validity.FAILED, error=error)
 
     async def _respond(
         self, base: PublishedSequence, snapshot: Snapshot, invalid: tuple[InvalidState, ...]
@@ -207,8 +207,10 @@ class SequenceMonitor:
         else:  # the sequence ends before its goal, and the way there may be open again
             self._tracker.record_valid_states(snapshot)
         if isinstance(decision, Stuck):
-            failure = Failure(ErrorCode.START_UNREACHABLE, decision.reason)
-            self._tracker.record_validation(Validity.FAILED, failure=failure)
+            error = ErrorData(
+                ErrorCode.START_UNREACHABLE, decision.reason, cause=decision.failure.cause
+            )
+            self._tracker.record_validation(Validity.FAILED, error=error)
         elif self._settings().replanning.automatic and self._tracker.active:
             await self._replan(base, decision)
 
@@ -250,15 +252,15 @@ class SequenceMonitor:
             self._stale = True
         else:
             self._restarts = 0
-            self._shorten(base, len(job.kept), failure_of(error))
+            self._shorten(base, len(job.kept), error_data(error))
 
-    def _shorten(self, base: PublishedSequence, count: int, failure: Failure) -> None:
+    def _shorten(self, base: PublishedSequence, count: int, error: ErrorData) -> None:
         """Publish the first states of a sequence, which are valid, without those after them."""
         if count < len(base.plan.states):
             shortened = base.shortened(count, self._now())
             self._on_published(shortened)
             self._tracker.published = shortened
-        self._tracker.record_validation(Validity.FAILED, (), failure=failure)
+        self._tracker.record_validation(Validity.FAILED, (), error=error)
 
     def _replan_job(self, base: PublishedSequence, candidates: tuple[int, ...]) -> Job:
         """Work that plans from one of some states to the sequence's own goal."""

@@ -8,7 +8,7 @@ from enum import IntEnum
 
 from rbprm_core.errors import ErrorCode
 from rbprm_core.replanning import InvalidState
-from rbprm_ros.failure import SUCCEEDED, Failure
+from rbprm_ros.errors import NO_ERROR, ErrorData
 
 
 class Activity(IntEnum):
@@ -44,7 +44,7 @@ class Validity(enum.Enum):
 
 @dataclass(frozen=True)
 class Facts:
-    """The facts that decide the planner's activity and the failure in its status.
+    """The facts that decide the planner's activity and the error in its status.
 
     Attributes:
         active: the node is active.
@@ -53,8 +53,8 @@ class Facts:
         replanning: automatic replanning waits or is under way.
         validity: last validation result of the published sequence.
         is_news: `validity` or `replanning` changed after the newest call began or ended.
-        call_failure: failure of the newest call, while it counts; `SUCCEEDED` otherwise.
-        sequence_failure: failure behind `Validity.FAILED`; `SUCCEEDED` otherwise.
+        call_error: error of the newest call, while it counts; `NO_ERROR` otherwise.
+        sequence_error: error behind `Validity.FAILED`; `NO_ERROR` otherwise.
     """
 
     active: bool = False
@@ -63,13 +63,13 @@ class Facts:
     replanning: bool = False
     validity: Validity = Validity.UNKNOWN
     is_news: bool = False
-    call_failure: Failure = field(default=SUCCEEDED)
-    sequence_failure: Failure = field(default=SUCCEEDED)
+    call_error: ErrorData = field(default=NO_ERROR)
+    sequence_error: ErrorData = field(default=NO_ERROR)
 
     @property
     def call_failed(self) -> bool:
         """Whether the newest call failed, and this counts."""
-        return self.call_failure.code != ErrorCode.SUCCESS
+        return self.call_error.code != ErrorCode.SUCCESS
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Row:
 
     Attributes:
         activity: the activity where all conditions hold.
-        shows_failure: whether the status has a failure; otherwise it has success.
+        shows_error: whether the status has the error of call or sequence; otherwise it has none.
         active: condition on the fact of that name; None holds always.
         planning: likewise.
         published: likewise.
@@ -89,7 +89,7 @@ class Row:
     """
 
     activity: Activity
-    shows_failure: bool = True
+    shows_error: bool = True
     active: bool | None = None
     planning: bool | None = None
     published: bool | None = None
@@ -121,7 +121,7 @@ STATUS_TABLE = (
         validity=INVALID,
     ),
     Row(Activity.FAILED, planning=True, published=True, is_news=True, validity=FAILED),
-    Row(Activity.PLANNING, shows_failure=False, planning=True),
+    Row(Activity.PLANNING, shows_error=False, planning=True),
     Row(Activity.FAILED, published=False, call_failed=True),
     Row(Activity.IDLE, published=False),
     Row(Activity.REPLANNING, replanning=True),
@@ -133,18 +133,18 @@ STATUS_TABLE = (
     Row(Activity.INVALIDATED, validity=INVALID),
     Row(Activity.FAILED, validity=FAILED),
 )
-"""Activity and failure by the facts; the first row that holds counts."""
+"""Activity and error by the facts; the first row that holds counts."""
 
 
-def status_of(facts: Facts) -> tuple[Activity, Failure]:
-    """Activity, and failure in the status, from the facts: the first row of the table that holds.
+def status_of(facts: Facts) -> tuple[Activity, ErrorData]:
+    """Activity, and error in the status, from the facts: the first row of the table that holds.
 
-    The failure is that of the newest call, else that of the published sequence.
+    The error is that of the newest call, else that of the published sequence.
     """
     row = next(row for row in STATUS_TABLE if row.holds(facts))
-    if not row.shows_failure:
-        return row.activity, SUCCEEDED
-    return row.activity, facts.call_failure if facts.call_failed else facts.sequence_failure
+    if not row.shows_error:
+        return row.activity, NO_ERROR
+    return row.activity, facts.call_error if facts.call_failed else facts.sequence_error
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,7 @@ class PlannerStatus:
 
     Attributes:
         activity: what the planner does.
-        failure: why planning or validation failed; `SUCCEEDED` otherwise.
+        error: why planning or validation failed; `NO_ERROR` otherwise.
         invalid: invalid states of the published sequence that are not executed yet.
         executed: index of the state that the robot is in; -1 where it is unknown.
         environment_version: version of the environment that the sequence was last validated
@@ -162,7 +162,7 @@ class PlannerStatus:
     """
 
     activity: Activity = Activity.IDLE
-    failure: Failure = field(default=SUCCEEDED)
+    error: ErrorData = field(default=NO_ERROR)
     invalid: tuple[InvalidState, ...] = ()
     executed: int = -1
     environment_version: int = 0

@@ -9,7 +9,7 @@ from typing import Any
 from rbprm_core.plan_record import StateEntry
 from rbprm_core.replanning import InvalidState
 from rbprm_ros.environment.snapshot import Snapshot
-from rbprm_ros.failure import SUCCEEDED, Failure
+from rbprm_ros.errors import NO_ERROR, ErrorData
 from rbprm_ros.planning.sequence import PublishedSequence, common_states
 from rbprm_ros.planning.status import Facts, PlannerStatus, Validity, status_of
 from rbprm_ros.workers.jobs import Job
@@ -52,27 +52,27 @@ class StatusTracker:
         self._change(active=True, is_news=False)
         unknown = self._facts.validity in (Validity.PLANNED, Validity.REPLANNED)
         if unknown or environment_version != self.status.environment_version:
-            self._change(validity=Validity.UNKNOWN, sequence_failure=SUCCEEDED)
+            self._change(validity=Validity.UNKNOWN, sequence_error=NO_ERROR)
         self._report()
 
     def deactivate(self) -> None:
         """The node is not active."""
-        self._change(active=False, is_news=False, call_failure=SUCCEEDED)
+        self._change(active=False, is_news=False, call_error=NO_ERROR)
         self._report()
 
     def begin_call(self) -> None:
         """A call for a plan waits or is served."""
-        self._change(planning=True, is_news=False, call_failure=SUCCEEDED)
+        self._change(planning=True, is_news=False, call_error=NO_ERROR)
         self._report()
 
-    def end_call(self, others: bool, failure: Failure = SUCCEEDED) -> None:
+    def end_call(self, others: bool, error: ErrorData = NO_ERROR) -> None:
         """A call ended without a plan.
 
         Args:
             others: whether other calls wait or are served.
-            failure: failure that the status is to show.
+            error: error that the status is to show.
         """
-        self._change(planning=others, is_news=False, call_failure=failure)
+        self._change(planning=others, is_news=False, call_error=error)
         self._report()
 
     def publish(
@@ -98,8 +98,8 @@ class StatusTracker:
             replanning=False,
             validity=validity,
             is_news=False,
-            call_failure=SUCCEEDED,
-            sequence_failure=SUCCEEDED,
+            call_error=NO_ERROR,
+            sequence_error=NO_ERROR,
         )
         self.status = replace(self.status, executed=executed)
         self._report((), sequence.job.snapshot)
@@ -109,7 +109,7 @@ class StatusTracker:
         validity: Validity,
         invalid: tuple[InvalidState, ...] | None = None,
         snapshot: Snapshot | None = None,
-        failure: Failure = SUCCEEDED,
+        error: ErrorData = NO_ERROR,
     ) -> None:
         """The published sequence was validated, or this failed.
 
@@ -117,11 +117,9 @@ class StatusTracker:
             validity: the result.
             invalid: invalid states that are not executed yet; None leaves those of before.
             snapshot: environment that it was validated against; None leaves that of before.
-            failure: failure behind `Validity.FAILED`.
+            error: error behind `Validity.FAILED`.
         """
-        self._change(
-            validity=validity, is_news=True, call_failure=SUCCEEDED, sequence_failure=failure
-        )
+        self._change(validity=validity, is_news=True, call_error=NO_ERROR, sequence_error=error)
         self._report(invalid, snapshot)
 
     def record_valid_states(self, snapshot: Snapshot) -> None:
@@ -183,8 +181,8 @@ class StatusTracker:
         self, invalid: tuple[InvalidState, ...] | None = None, snapshot: Snapshot | None = None
     ) -> None:
         """Compute the status, and call back where sequence or status changed."""
-        activity, failure = status_of(self._facts)
-        status = replace(self.status, activity=activity, failure=failure)
+        activity, error = status_of(self._facts)
+        status = replace(self.status, activity=activity, error=error)
         if invalid is not None:
             status = replace(status, invalid=invalid)
         if snapshot is not None:

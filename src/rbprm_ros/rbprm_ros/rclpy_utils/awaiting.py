@@ -1,4 +1,4 @@
-"""Work of another thread or process, awaited in a callback."""
+"""Awaiting the work of another thread or process in a callback."""
 
 from __future__ import annotations
 
@@ -12,12 +12,17 @@ T = TypeVar("T")
 
 
 async def outcome_of(work: WorkFuture[T], executor: Executor) -> T:
-    """What work gives, or raises; the executor's other callbacks run meanwhile."""
+    """The result of work, or its exception; other callbacks run meanwhile.
+
+    Args:
+        work: future of another thread.
+        executor: executor that runs the awaiting coroutine.
+    """
     done: Future = Future()
 
     def wake(_: object) -> None:
         done.set_result(None)
-        executor.wake()  # a coroutine goes on when its executor looks, not by itself
+        executor.wake()  # the coroutine goes on when the executor wakes
 
     work.add_done_callback(wake)
     await done

@@ -1,4 +1,4 @@
-"""Quality of service of the planner's topics."""
+"""Quality of service of the planner's topics and services."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ LATCHED = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
-"""State: whoever comes later still gets the newest message."""
+"""Topics that describe a state: later subscribers still get the newest message."""
 
 STREAM = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
@@ -18,7 +18,7 @@ STREAM = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.VOLATILE,
 )
-"""Every message counts: a burst of changes must not overwrite itself while a callback runs."""
+"""Topics on which every message counts: deep enough for a burst while a callback runs."""
 
 LATCHED_STREAM = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
@@ -26,7 +26,7 @@ LATCHED_STREAM = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
-"""As `STREAM`, and with what latched publishers sent before the reader came."""
+"""As `STREAM`, with the latched messages from before the subscription."""
 
 CALLS = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
@@ -34,4 +34,4 @@ CALLS = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.VOLATILE,
 )
-"""Services: deep enough that a crowd of clients loses no call."""
+"""Services: deep enough that no call is lost where many clients call at once."""

@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM as an event that the main loop looks at."""
+"""SIGINT and SIGTERM as an event that the main loop polls."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from types import FrameType
 
 
 def stop_event() -> threading.Event:
-    """An event that the first signal to stop sets; later ones change nothing.
+    """An event that the first SIGINT or SIGTERM sets; later signals have no effect.
 
-    In the place of rclpy's own handlers: they now and then lose the first signal, and on SIGINT
-    KeyboardInterrupt comes wherever the program happens to be.
+    It replaces rclpy's own handlers: these lose the first signal now and then, and on SIGINT a
+    KeyboardInterrupt is raised at any place of the program.
     """
     stop = threading.Event()
 

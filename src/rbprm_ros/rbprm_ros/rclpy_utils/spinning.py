@@ -19,23 +19,27 @@ from rbprm_core.errors import RbprmError
 
 MadeNode = TypeVar("MadeNode", bound=Node)
 
-PERIOD = 0.1  # seconds between looks for a signal
+PERIOD = 0.1  # seconds between two checks of the end condition
 
 
 def init() -> None:
-    """Initialise rclpy with the process's arguments; signals are the caller's."""
+    """Initialise rclpy with the process's arguments and without its signal handlers."""
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
 
 
 def node_of_argument(
     arguments: list[str], usage: str, make: Callable[[str], MadeNode]
 ) -> MadeNode | None:
-    """A node made of the one argument of a command line.
-
-    None where there is not one argument or it is no good, which a line on stderr then says.
+    """A node made from the only argument of a command line.
 
     Args:
-        arguments: the command line, with ROS's own arguments. usage: what it should be.
+        arguments: the command line, with ROS's own arguments.
+        usage: text that describes the command line.
+        make: makes the node from the argument.
+
+    Returns:
+        The node; None, after a line on stderr, where the number of arguments is not one or the
+        argument cannot be used.
     """
     init()
     name, *own = remove_ros_args(arguments)
@@ -50,9 +54,12 @@ def node_of_argument(
 
 
 class Spinner:
-    """Serves the callbacks of one node in one thread.
+    """Runs the callbacks of one node in one thread.
 
-    A callback that raises is logged and does not end the process.
+    An exception of a callback is logged and does not end the process.
+
+    Args:
+        node: the node.
     """
 
     def __init__(self, node: Node) -> None:
@@ -61,7 +68,12 @@ class Spinner:
         self._executor.add_node(node)
 
     def spin_until(self, done: Callable[[], bool], timeout: float = float("inf")) -> None:
-        """Serve until something is true, the time in seconds is over, or rclpy is shut down."""
+        """Run callbacks until a condition holds, the timeout passes, or rclpy is shut down.
+
+        Args:
+            done: the condition.
+            timeout: longest time, seconds.
+        """
         end = time.monotonic() + timeout
         while not done() and ok() and (left := end - time.monotonic()) > 0:
             try:
@@ -73,7 +85,7 @@ class Spinner:
                     self._node.get_logger().error(f"in a callback: {traceback.format_exc()}")
 
     def close(self) -> None:
-        """Take the node out of ROS."""
+        """Destroy the node and shut rclpy down."""
         self._executor.shutdown()
         self._node.destroy_node()
         try_shutdown()

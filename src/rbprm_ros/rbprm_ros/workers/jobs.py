@@ -10,7 +10,7 @@ from rbprm_core.plan_record import ContactPlan, StateEntry
 from rbprm_core.request import PlanRequest
 from rbprm_core.robot import RobotDescription, load_description
 from rbprm_ros.environment.snapshot import Snapshot
-from rbprm_ros.failure import Failure
+from rbprm_ros.errors import ErrorData
 
 if TYPE_CHECKING:
     from rbprm_core.replanning import InvalidState
@@ -146,12 +146,12 @@ class Failed:
 
     Attributes:
         id: identifier of the work.
-        failure: why.
+        error: why.
         partial: plan of the states found until then; None where there are none.
     """
 
     id: str
-    failure: Failure
+    error: ErrorData
     partial: ContactPlan | None = None
 
 

@@ -22,7 +22,7 @@ from rbprm_core.processes import (
 from rbprm_core.processes.child import STOP_TIMEOUT
 from rbprm_ros.environment.snapshot import Snapshot
 from rbprm_ros.environment.snapshot_diff import diff_between
-from rbprm_ros.failure import NodeCode, NodeError, PlanningFailed
+from rbprm_ros.errors import NodeCode, NodeError, PlanningFailed
 from rbprm_ros.workers.jobs import (
     Answer,
     Cancellation,
@@ -226,7 +226,7 @@ class PlanningWorker:
                 task.report(answer)
             elif isinstance(answer, Failed):
                 process.forget_states()
-                raise PlanningFailed(answer.failure, answer.partial)
+                raise PlanningFailed(answer.error, answer.partial)
             elif isinstance(answer, Done):
                 return answer.result
 

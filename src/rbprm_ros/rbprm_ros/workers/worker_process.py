@@ -18,6 +18,7 @@ from rbprm_core.body.state_failures import surface_lost
 from rbprm_core.budget import Budget, Progress
 from rbprm_core.errors import Cancelled, InvalidInput, RbprmError
 from rbprm_core.guide.root import RoadmapStore
+from rbprm_core.plan_conversion import StateFields
 from rbprm_core.plan_conversion.states_to_plan import contact_plan, partial_plan
 from rbprm_core.plan_record import ContactPlan, EnvironmentEntry
 from rbprm_core.planner import plan
@@ -34,7 +35,7 @@ from rbprm_core.robot.data import RobotData, load_robot_data
 from rbprm_core.scene import Scene
 from rbprm_ros.environment.snapshot import Snapshot
 from rbprm_ros.environment.snapshot_diff import SnapshotDiff, apply_diff
-from rbprm_ros.failure import failure_of
+from rbprm_ros.errors import error_data
 from rbprm_ros.workers.jobs import (
     Done,
     Failed,
@@ -46,6 +47,16 @@ from rbprm_ros.workers.jobs import (
     Work,
 )
 from rbprm_ros.workers.reporting import GrowingStates, WorkLink
+
+CONTACT_STATE = StateFields(
+    joints="joint_positions",
+    position="pose.position",
+    orientation="pose.orientation",
+    surface="surface_id",
+)
+"""Names of the fields of a state in the messages ContactState and Contact."""
+SEQUENCE_STATES = ("sequence.states", CONTACT_STATE)
+MEASURED_STATE = ("measured_state.0", CONTACT_STATE)
 
 MAX_ROBOTS = 4  # robots, each with its choice of limbs, whose data are kept
 
@@ -99,12 +110,12 @@ class Server:
         except ChannelClosed:
             raise
         except PartlyDone as error:
-            return Failed(work.id, failure_of(error.cause), error.partial)
+            return Failed(work.id, error_data(error.cause), error.partial)
         except RbprmError as error:
-            return Failed(work.id, failure_of(error))
+            return Failed(work.id, error_data(error))
         except Exception as error:  # a fault of the planner; the next work may succeed
             traceback.print_exc()
-            return Failed(work.id, failure_of(error))
+            return Failed(work.id, error_data(error))
 
     def _result(self, work: Work, link: WorkLink) -> Result:
         data = self._robot_data(work.robot, link)
@@ -157,9 +168,9 @@ class Server:
                 return contact_plan(outcome, request, data.robot, environment)
             kept: tuple[State, ...]
             if job.measured:
-                kept = (state_from_plan(job.kept[-1], data.robot, scene, "measured_state.0"),)
+                kept = (state_from_plan(job.kept[-1], data.robot, scene, *MEASURED_STATE),)
             else:
-                kept = states_from_plan(job.kept, data.robot, "sequence.states")
+                kept = states_from_plan(job.kept, data.robot, *SEQUENCE_STATES)
             candidates = job.candidates or (len(kept) - 1,)
             revision = replan_from_one_of(
                 kept, candidates, request, data, scene, budget, on_states, roadmaps
@@ -179,7 +190,7 @@ class Server:
 
     def _invalid_states(self, work: Validation, data: RobotData) -> tuple[InvalidState, ...]:
         if work.states is not None:
-            states = states_from_plan(work.states, data.robot, "sequence.states")
+            states = states_from_plan(work.states, data.robot, *SEQUENCE_STATES)
             gravity = np.array(work.gravity)
             self._monitor = ValidityMonitor(
                 data, states, work.min_robustness, gravity, work.grip_force
