@@ -34,23 +34,23 @@ class Coordinates:
         self.moving: IntArray = np.array([*range(ROOT_DOF), *v_index], dtype=int)
         self._low, self._high = robot.low[self._q_index], robot.high[self._q_index]
         self._step = np.zeros(model.nv)
+        self._free = np.full(len(self.moving), -np.inf)
 
     @property
     def size(self) -> int:
         """Number of moving coordinates."""
         return len(self.moving)
 
-    def bounds(self, q: Array, max_step: float) -> tuple[Array, Array]:
-        """Bounds (k,), (k,) of a step that keeps the joint limits and a trust region.
+    def bounds(self, q: Array) -> tuple[Array, Array]:
+        """Bounds (k,), (k,) of a step that keeps the joint limits; the root is free.
 
         Args:
             q: (nq,) configuration, inside the joint limits.
-            max_step: largest change of a coordinate, metres or radians.
         """
-        low, high = np.full(self.size, -max_step), np.full(self.size, max_step)
+        low, high = self._free.copy(), -self._free
         joints = q[self._q_index]
-        low[ROOT_DOF:] = np.clip(self._low - joints, -max_step, 0.0)
-        high[ROOT_DOF:] = np.clip(self._high - joints, 0.0, max_step)
+        low[ROOT_DOF:] = np.minimum(self._low - joints, 0.0)
+        high[ROOT_DOF:] = np.maximum(self._high - joints, 0.0)
         return low, high
 
     def moved(self, q: Array, step: Array) -> Array:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import pinocchio as pin
-
 from rbprm_core.arrays import Array
 from rbprm_core.body.state import State
-from rbprm_core.body.torques import TorqueModel
 from rbprm_core.failures import Failure
-from rbprm_core.posture.coordinates import Coordinates
+from rbprm_core.posture.model import PostureModel
 from rbprm_core.posture.posture_program import PostureProgram
 from rbprm_core.posture.problem import PostureProblem
 from rbprm_core.posture.protocol import PostureOptions, PostureSetting
@@ -28,27 +25,16 @@ class SqpPostureGenerator:
         setting: PostureSetting,
         options: PostureOptions = PostureOptions(),  # noqa: B008 (frozen)
     ) -> None:
-        self._setting, self._options = setting, options
-        robot = setting.body.robot
-        self._coordinates = Coordinates(robot)
-        self._torques = TorqueModel(robot, setting.gravity)
-        self._data: pin.Data = robot.model.createData()
+        self._model, self._margin = PostureModel(setting), options.margin
+        self._options = SqpOptions(
+            max_steps=options.max_steps,
+            criterion_steps=options.criterion_steps,
+            max_step=options.max_step,
+            qp_solver=options.qp_solver,
+        )
 
     def solve(self, problem: PostureProblem, start: Array) -> State | Failure:
         """See `PostureGenerator.solve`."""
-        program = PostureProgram(
-            self._setting,
-            self._options,
-            problem,
-            start,
-            self._coordinates,
-            self._torques,
-            self._data,
-        )
-        options = SqpOptions(
-            max_steps=self._options.max_steps,
-            criterion_steps=self._options.criterion_steps,
-            qp_solver=self._options.qp_solver,
-        )
-        found = minimise(program, start, options)
-        return program.state(found.point) if found.solved else program.failure
+        program = PostureProgram(self._model, problem, start, self._margin)
+        minimise(program, start, self._options)
+        return program.failure if program.accepted is None else program.accepted

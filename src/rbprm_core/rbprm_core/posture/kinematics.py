@@ -74,23 +74,13 @@ class Kinematics:
         """Jacobian (3, nv) of the centre of mass."""
         return np.asarray(pin.jacobianCenterOfMass(self.robot.model, self._data, self.q)).copy()
 
-    def joint_jacobian(self, joint: int) -> Array:
-        """Jacobian (6, nv) of a joint's frame, at its origin, in the axes of the planning frame.
+    @property
+    def jacobians(self) -> Array:
+        """Columns (6, nv) of all joints' Jacobians: velocity at the origin of the planning frame.
 
-        Args:
-            joint: id of the joint.
+        A column moves the bodies that its joint supports, and no others.
         """
-        return np.asarray(
-            pin.getJointJacobian(self.robot.model, self._data, joint, pin.LOCAL_WORLD_ALIGNED)
-        )
-
-    def joint_position(self, joint: int) -> Array:
-        """Origin (3,) of a joint's frame in the planning frame, metres.
-
-        Args:
-            joint: id of the joint.
-        """
-        return np.asarray(self._data.oMi[joint].translation)
+        return np.asarray(self._data.J)
 
     @property
     def data(self) -> pin.Data:

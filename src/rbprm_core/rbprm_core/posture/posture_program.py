@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
-import pinocchio as pin
 
 from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
 from rbprm_core.body.state import State
-from rbprm_core.body.torques import TorqueModel
 from rbprm_core.failures import Cause, Failure
 from rbprm_core.posture.constraints.clearance import Clearance
 from rbprm_core.posture.constraints.contact_pose import ContactPose
 from rbprm_core.posture.constraints.equilibrium import EquilibriumOnContacts
-from rbprm_core.posture.constraints.rows import Constraint, stacked
+from rbprm_core.posture.constraints.rows import Constraint, Rows, stacked
 from rbprm_core.posture.constraints.surface_contact import ContactOnSurface
 from rbprm_core.posture.constraints.torque import TorqueRatio
-from rbprm_core.posture.coordinates import Coordinates
 from rbprm_core.posture.criteria import ReferencePosture
-from rbprm_core.posture.kinematics import Kinematics
+from rbprm_core.posture.model import PostureModel
 from rbprm_core.posture.problem import PostureProblem
-from rbprm_core.posture.protocol import PostureOptions, PostureSetting
 from rbprm_core.posture.sqp import Linearisation
 
 MIN_CURVATURE = 1e-6
@@ -34,67 +30,59 @@ class PostureProgram:
     postures satisfy them without.
 
     Args:
-        setting: robot and scene.
-        options: options of the generator.
+        model: the robot in its scene.
         problem: the problem.
         start: (nq,) configuration from which the search starts.
-        coordinates: moving coordinates of the robot.
-        torques: static torques of the robot.
-        data: scratch data of the robot's model.
+        margin: smallest distance between bodies that get rows, metres.
+
+    Attributes:
+        accepted: the state of the point that was accepted last, None before.
     """
 
     def __init__(
-        self,
-        setting: PostureSetting,
-        options: PostureOptions,
-        problem: PostureProblem,
-        start: Array,
-        coordinates: Coordinates,
-        torques: TorqueModel,
-        data: pin.Data,
+        self, model: PostureModel, problem: PostureProblem, start: Array, margin: float
     ) -> None:
-        self._setting, self._options, self._problem = setting, options, problem
-        self._coordinates, self._torques, self._data = coordinates, torques, data
-        body = setting.body
+        self._model, self._problem, self._margin = model, problem, margin
         self._criterion = problem.criterion or ReferencePosture(start)
+        robot = model.robot
         self._equilibrium = EquilibriumOnContacts(
-            body.stability, problem.supporting, problem.min_robustness
+            model.stability, problem.supporting, problem.min_robustness
         )
-        self._placed = [
-            ContactOnSurface(body.robot, free.limb, free.surface, free.piece, free.edge_margin)
-            for free in problem.free_contacts
-        ]
+        self._placed = [ContactOnSurface(robot, free) for free in problem.free_contacts]
         self._constraints: list[Constraint] = [
-            *(ContactPose(body.robot, contact) for contact in problem.contacts),
+            *(ContactPose(robot, contact) for contact in problem.contacts),
             *self._placed,
-            self._equilibrium,
+            *([self._equilibrium] if problem.min_robustness > -np.inf else []),
             *problem.tasks,
         ]
         self._clearance: Clearance | None = None
         self._limit: TorqueRatio | None = None
-        self._failure = Failure.of(Cause.UNSPECIFIED)
+        self._kinematics = model.kinematics(start)
+        self._curvature = MIN_CURVATURE * np.eye(model.coordinates.size)
+        self._violated: tuple[Constraint, float] | None = None
+        self.accepted: State | None = None
 
     @property
     def failure(self) -> Failure:
-        """The constraint that the last linearisation violates most."""
-        return self._failure
+        """The constraint that the last point violates most."""
+        if self._violated is None:
+            return Failure.of(Cause.UNSPECIFIED)
+        constraint, violation = self._violated
+        return constraint.failure(violation)
 
     def linearise(self, point: Array) -> Linearisation:
         """See `NonlinearProgram.linearise`."""
-        robot = self._setting.body.robot
-        kinematics = Kinematics(robot, self._data, point)
-        model = self._criterion.model(kinematics, self._coordinates)
+        coordinates = self._model.coordinates
+        kinematics = self._kinematics = self._model.kinematics(point)
+        model = self._criterion.model(kinematics, coordinates)
         rows = [constraint.rows(kinematics) for constraint in self._constraints]
-        violations = np.array([row.violation for row in rows])
-        tolerances = np.array([constraint.tolerance for constraint in self._constraints])
-        # The last cut bounds b0 with a margin; the bound itself is tested.
-        k = self._constraints.index(self._equilibrium)
-        violations[k] = self._equilibrium.shortfall
-        shares = violations / tolerances
-        worst = int(np.argmax(shares))
-        self._failure = self._constraints[worst].failure(float(violations[worst]))
-        joined, moving = stacked(rows, robot.model.nv), self._coordinates.moving
-        low, high = self._coordinates.bounds(point, self._options.max_step)
+        shares = [
+            constraint.violation(row) / constraint.tolerance
+            for constraint, row in zip(self._constraints, rows, strict=True)
+        ]
+        self._find_violated(rows, shares)
+        joined, moving = stacked(rows, self._model.robot.model.nv), coordinates.moving
+        low, high = coordinates.bounds(point)
         return Linearisation(
             matrix=joined.matrix[:, moving],
             lower=joined.lower,
@@ -102,55 +90,50 @@ class PostureProgram:
             low=low,
             high=high,
             gradient=model.gradient,
-            hessian=model.hessian + MIN_CURVATURE * np.eye(len(moving)),
-            violation=float(shares[worst]),
+            hessian=model.hessian + self._curvature,
+            violation=max(shares, default=0.0),
         )
 
     def moved(self, point: Array, step: Array) -> Array:
         """See `NonlinearProgram.moved`."""
-        return self._coordinates.moved(point, step)
+        return self._model.coordinates.moved(point, step)
 
     def accepts(self, point: Array) -> bool:
         """See `NonlinearProgram.accepts`: collisions, then torques."""
-        contacts = self._contacts(point)
-        if not self._is_free(point, contacts):
-            if self._clearance is None:
-                setting, margin = self._setting, self._options.margin
-                self._clearance = Clearance(setting.data, setting.scene, contacts, margin)
-                self._constraints.append(self._clearance)
-            self._failure = self._clearance.failure(0.0)
-            return False
-        limit = self._problem.max_torque_ratio
-        if limit is None or self._limit is not None:
-            return True
-        supporting = self._problem.supporting
-        if self._torques.balance(point, supporting).ratio <= limit:
-            return True
-        self._limit = TorqueRatio(self._torques, supporting, limit)
-        self._constraints.append(self._limit)
-        return False
-
-    def state(self, point: Array) -> State:
-        """The state at a point that satisfies the problem.
-
-        Args:
-            point: (nq,) configuration.
-        """
-        body = self._setting.body
-        robustness = body.robustness(point, self._problem.supporting)
-        return State(point, self._contacts(point), body.com(point), robustness)
-
-    def _contacts(self, point: Array) -> tuple[Contact, ...]:
-        """All contacts, the free ones as they are placed."""
-        if not self._placed:
-            return self._problem.contacts
-        kinematics = Kinematics(self._setting.body.robot, self._data, point)
-        return (*self._problem.contacts, *(free.contact(kinematics) for free in self._placed))
-
-    def _is_free(self, point: Array, contacts: tuple[Contact, ...]) -> bool:
-        body = self._setting.body
-        if not body.collision.root_free(point):
-            return False
+        contacts = self._contacts()
         normals = {contact.limb: contact.normal for contact in contacts}
-        limbs = range(len(body.robot.limbs))
-        return all(body.collision.limb_free(point, k, normals.get(k)) for k in limbs)
+        if self._model.pairs.collide(self._kinematics.data, normals):
+            if self._clearance is None:
+                pairs = self._model.pairs
+                self._clearance = Clearance(self._model.robot, pairs, contacts, self._margin)
+                self._constraints.append(self._clearance)
+            self._violated = self._clearance, 0.0
+            return False
+        limit, supporting = self._problem.max_torque_ratio, self._problem.supporting
+        if limit is not None and self._limit is None:
+            torques = TorqueRatio(self._model.torques, supporting, limit)
+            if not torques.holds(point):
+                self._limit = torques
+                self._constraints.append(torques)
+                self._violated = torques, 0.0
+                return False
+        com, robustness = self._kinematics.com, self._equilibrium.robustness
+        if self._problem.min_robustness == -np.inf:
+            robustness = self._model.stability.b0(supporting, com)
+        self.accepted = State(point, contacts, com, robustness)
+        return True
+
+    def _contacts(self) -> tuple[Contact, ...]:
+        """All contacts, the free ones as the last point places them."""
+        placed = (free.contact(self._kinematics) for free in self._placed)
+        return (*self._problem.contacts, *placed)
+
+    def _find_violated(self, rows: list[Rows], shares: list[float]) -> None:
+        """Find the violated constraint farthest from the point, in units of the coordinates."""
+        distances = [
+            row.distance if share > 1.0 else 0.0 for row, share in zip(rows, shares, strict=True)
+        ]
+        worst = int(np.argmax(distances)) if distances else 0
+        if distances and distances[worst] > 0.0:
+            constraint = self._constraints[worst]
+            self._violated = constraint, constraint.violation(rows[worst])

@@ -9,25 +9,8 @@ from dataclasses import dataclass
 
 from rbprm_core.body.contact import Contact
 from rbprm_core.posture.constraints.rows import Constraint
+from rbprm_core.posture.constraints.surface_contact import SurfaceContact
 from rbprm_core.posture.criteria import Criterion
-from rbprm_core.scene import Surface
-
-
-@dataclass(frozen=True, eq=False)
-class SurfaceContact:
-    """A contact of a limb anywhere on a convex piece of a surface.
-
-    Attributes:
-        limb: index of the limb.
-        surface: the surface.
-        piece: index of the convex piece of its polygon.
-        edge_margin: smallest distance of the contact's points from the edges of the piece, metres.
-    """
-
-    limb: int
-    surface: Surface
-    piece: int = 0
-    edge_margin: float = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +20,8 @@ class PostureProblem:
     Attributes:
         contacts: contacts whose geometry the posture has to satisfy, each at its place.
         supporting: the contacts that carry the robot, a subset of `contacts`.
-        min_robustness: raw b0 on the supporting contacts, newtons.
+        min_robustness: smallest raw b0 on the supporting contacts, newtons; minus infinity where
+            equilibrium does not count.
         free_contacts: contacts whose place on a surface is found; they carry nothing.
         max_torque_ratio: largest share of a joint's effort limit, None where torques do not count.
         tasks: further constraints, such as a link kept upright.

@@ -64,7 +64,7 @@ class PostureOptions:
     """
 
     margin: float = 1e-3
-    max_steps: int = 12
+    max_steps: int = 16
     criterion_steps: int = 0
     max_step: float = 0.3
     qp_solver: str = "daqp"

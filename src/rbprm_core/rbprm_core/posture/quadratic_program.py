@@ -21,7 +21,8 @@ from rbprm_core.validation import one_of
 
 SOLVERS = ("daqp", "osqp", "proxqp")
 EQUALITY = 5  # sense of an equality constraint in DAQP
-OPTIMAL = 1  # exit flag of DAQP
+SOFT = 8  # sense of a constraint that may be broken
+OPTIMAL, SOFT_OPTIMAL = 1, 2  # exit flags of DAQP
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,20 +59,60 @@ def solve(program: QuadraticProgram, solver: str = "daqp") -> Array | None:
         InvalidInput: an unknown solver.
     """
     one_of("qp_solver", solver, SOLVERS)
-    return _by_daqp(program) if solver == "daqp" else _by_qpsolvers(program, solver)
+    return _by_daqp(program, 0) if solver == "daqp" else _by_qpsolvers(program, solver)
 
 
-def _by_daqp(program: QuadraticProgram) -> Array | None:
+def solve_relaxed(program: QuadraticProgram, price: float, solver: str = "daqp") -> Array | None:
+    r"""The solution (n,) of a program whose rows may be broken at a price.
+
+    The cost has the additional term $\tfrac p2 \sum_i s_i^2$ of the amounts $s_i$ by which the rows
+    are broken, each measured along its row: the violation over the norm of the row. The norm is
+    $\sqrt{a_i^T H^{-1} a_i}$.
+
+    Args:
+        program: the program; the bounds of its variables are kept.
+        price: the weight p.
+        solver: "daqp", "osqp" or "proxqp".
+
+    Raises:
+        InvalidInput: an unknown solver.
+    """
+    one_of("qp_solver", solver, SOLVERS)
+    if solver == "daqp":
+        return _by_daqp(program, SOFT, rho_soft=1.0 / price)
+    rows, size = program.matrix.shape
+    metric = np.linalg.solve(program.hessian, program.matrix.T).T
+    norms = np.sqrt(np.einsum("ij,ij->i", program.matrix, metric))
+    hessian = np.zeros((size + rows, size + rows))
+    hessian[:size, :size] = program.hessian
+    hessian[size:, size:] = price * np.eye(rows)
+    free = np.full(rows, np.inf)
+    relaxed = QuadraticProgram(
+        hessian,
+        np.concatenate([program.gradient, np.zeros(rows)]),
+        np.hstack([program.matrix, np.diag(norms)]),
+        program.lower,
+        program.upper,
+        np.concatenate([program.low, -free]),
+        np.concatenate([program.high, free]),
+    )
+    solution = _by_qpsolvers(relaxed, solver)
+    return None if solution is None else solution[:size]
+
+
+def _by_daqp(program: QuadraticProgram, kind: int, **settings: float) -> Array | None:
+    """The solution by DAQP, its rows of a kind: 0 or `SOFT`."""
     count = len(program.gradient)
     lower = np.concatenate([program.low, program.lower])
     upper = np.concatenate([program.high, program.upper])
     sense = np.zeros(len(lower), dtype=np.int32)
-    sense[count:][program.lower == program.upper] = EQUALITY
+    sense[count:] = kind
+    sense[count:][program.lower == program.upper] += EQUALITY
     matrix = np.ascontiguousarray(program.matrix)
     solution, _, flag, _ = daqp.solve(
-        program.hessian, program.gradient, matrix, upper, lower, sense
+        program.hessian, program.gradient, matrix, upper, lower, sense, **settings
     )
-    return np.asarray(solution) if flag == OPTIMAL else None
+    return np.asarray(solution) if flag in (OPTIMAL, SOFT_OPTIMAL) else None
 
 
 def _by_qpsolvers(program: QuadraticProgram, solver: str) -> Array | None:

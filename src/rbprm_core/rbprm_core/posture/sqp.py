@@ -1,8 +1,8 @@
 """Sequential quadratic programming in the tangent space; knows nothing of robots.
 
 Each step minimises the criterion's quadratic model under the linearised constraints and a trust
-region. Where these contradict each other, as far from the contacts, the constraints are relaxed at
-a price: the elastic step.
+region. The constraints may contradict each other, as far from the contacts: each of them may be
+broken at a price, so high that this happens only where it must.
 """
 
 from __future__ import annotations
@@ -13,12 +13,14 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 
 from rbprm_core.arrays import Array
-from rbprm_core.posture.quadratic_program import QuadraticProgram, solve
+from rbprm_core.posture.quadratic_program import QuadraticProgram, solve_relaxed
 
 X = TypeVar("X")
 
-ELASTIC_PRICE = 1e4
-"""Weight of the squared relaxation of a row, against a weight of one of the criterion."""
+PRICE = 1e8
+"""Weight of the square of the amount by which a row is broken, against 1 of the criterion's."""
+MIN_NORM = 1e-9
+"""Norm of a row below which it does not depend on the step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,12 +85,18 @@ class SqpOptions:
         max_steps: largest number of steps.
         criterion_steps: steps taken for the criterion's sake once the constraints are satisfied.
         min_step: length of a step below which the criterion counts as minimal.
+        max_step: largest change of a coordinate in one step.
+        patience: number of steps after which the distance to the constraints must have shrunk.
+        min_progress: share of its value to which the distance must have shrunk by then.
         qp_solver: name of the solver of the quadratic programs.
     """
 
-    max_steps: int = 12
+    max_steps: int = 16
     criterion_steps: int = 0
     min_step: float = 1e-4
+    max_step: float = 0.3
+    patience: int = 4
+    min_progress: float = 0.5
     qp_solver: str = "daqp"
 
 
@@ -115,58 +123,78 @@ def minimise(program: NonlinearProgram[X], start: X, options: SqpOptions) -> Sqp
         start: point from which the search starts.
         options: options of the solver.
     """
-    point, best, extra = start, None, options.criterion_steps
-    restarted = False
+    point, best, left = start, None, options.criterion_steps
+    region, restarted = TrustRegion(options), False
     for steps in range(options.max_steps + 1):
         local = program.linearise(point)
         if local.violation <= 1.0:
             if program.accepts(point):
-                best = point
-                if extra == 0:
-                    return SqpResult(point, True, steps)
-                extra -= 1
+                best, left = point, left - 1
             elif best is None and not restarted:
                 # The new constraints are linearised best where they are satisfied.
-                point, restarted = start, True
+                point, region, restarted = start, TrustRegion(options), True
                 local = program.linearise(point)
-        if steps == options.max_steps:
+        region.update(_distance(local))
+        if left < 0 or steps == options.max_steps or (best is None and region.stalls):
             break
-        step = _step(local, options.qp_solver)
-        if step is None:
-            break
-        if best is not None and float(np.abs(step).max()) < options.min_step:
+        step = _step(local, region.radius, options)
+        if step is None or (best is not None and np.abs(step).max() < options.min_step):
             break
         point = program.moved(point, step)
     return SqpResult(point if best is None else best, best is not None, steps)
 
 
-def _step(local: Linearisation, solver: str) -> Array | None:
-    """The step (k,) of the linearised program, relaxed where its rows contradict each other."""
+class TrustRegion:
+    """Bounds on a step, from the distances to the constraints so far.
+
+    Args:
+        options: options of the solver.
+
+    Attributes:
+        radius: largest change of a coordinate in the next step.
+    """
+
+    def __init__(self, options: SqpOptions) -> None:
+        self._options, self.radius = options, options.max_step
+        self._distances: list[float] = []
+
+    def update(self, distance: float) -> None:
+        """Take the distance of a new point into account.
+
+        Args:
+            distance: distance from the constraints.
+        """
+        if self._distances:
+            grows = distance > self._distances[-1]
+            self.radius = self.radius / 2 if grows else min(2 * self.radius, self._options.max_step)
+        self._distances.append(distance)
+
+    @property
+    def stalls(self) -> bool:
+        """True where the last steps have not come nearer to the constraints."""
+        recent = self._options.patience
+        if len(self._distances) <= recent:
+            return False
+        before = min(self._distances[:-recent])
+        return min(self._distances[-recent:]) >= self._options.min_progress * before
+
+
+def _distance(local: Linearisation) -> float:
+    """Largest length of a step that mends a single broken row."""
+    broken = np.maximum(local.lower, -local.upper)
+    norms = np.sqrt(np.einsum("ij,ij->i", local.matrix, local.matrix))
+    return float((broken / np.maximum(norms, MIN_NORM)).max(initial=0.0))
+
+
+def _step(local: Linearisation, radius: float, options: SqpOptions) -> Array | None:
+    """The step (k,) of the linearised program, its rows broken where they contradict each other."""
     program = QuadraticProgram(
-        local.hessian, local.gradient, local.matrix, local.lower, local.upper, local.low, local.high
+        local.hessian,
+        local.gradient,
+        local.matrix,
+        local.lower,
+        local.upper,
+        np.maximum(local.low, -radius),
+        np.minimum(local.high, radius),
     )
-    step = solve(program, solver)
-    return _elastic_step(local, solver) if step is None else step
-
-
-def _elastic_step(local: Linearisation, solver: str) -> Array | None:
-    """The step of a program whose rows may be broken at a quadratic price."""
-    rows, size = local.matrix.shape
-    hessian = np.zeros((size + rows, size + rows))
-    hessian[:size, :size] = local.hessian
-    hessian[size:, size:] = ELASTIC_PRICE * np.eye(rows)
-    gradient = np.concatenate([local.gradient, np.zeros(rows)])
-    free = np.full(rows, 1e6)
-    relaxed = solve(
-        QuadraticProgram(
-            hessian,
-            gradient,
-            np.hstack([local.matrix, np.eye(rows)]),
-            local.lower,
-            local.upper,
-            np.concatenate([local.low, -free]),
-            np.concatenate([local.high, free]),
-        ),
-        solver,
-    )
-    return None if relaxed is None else relaxed[:size]
+    return solve_relaxed(program, PRICE, options.qp_solver)

@@ -113,7 +113,8 @@ def robustness_gradient(problem: Equilibrium) -> tuple[float, Array]:
         return -np.inf, np.full(3, np.nan)
     weight = _weight(problem)
     optimum, dual = max_min_dual(problem.generators, problem.wrench / weight)
-    return weight * optimum, np.cross(problem.wrench[:3], dual[3:])
+    (x, y, z), (a, b, c) = problem.wrench[:3], dual[3:]  # np.cross takes as long as the program
+    return weight * optimum, np.array([y * c - z * b, z * a - x * c, x * b - y * a])
 
 
 def _weight(problem: Equilibrium) -> float:

@@ -8,12 +8,12 @@ import pinocchio as pin
 from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
 from rbprm_core.failures import Cause, Failure
-from rbprm_core.posture.constraints.rows import Rows
+from rbprm_core.posture.constraints.rows import ByRows, Rows
 from rbprm_core.posture.kinematics import Kinematics
 from rbprm_core.robot import Robot
 
 
-class ContactPose:
+class ContactPose(ByRows):
     """The contact frame of a limb coincides with its contact.
 
     A ball has its centre one radius above the contact point, and for a part of a ball the cosine

@@ -62,9 +62,8 @@ class EquilibriumOnContacts:
         lower = self._min_robustness + MARGIN - values
         return Rows(gradients @ jacobian, lower, np.full(len(lower), np.inf))
 
-    @property
-    def shortfall(self) -> float:
-        """Newtons by which b0 missed the bound at the last linearisation; 0 where it did not."""
+    def violation(self, rows: Rows) -> float:
+        """See `Constraint.violation`: newtons by which b0 misses the bound, without the margin."""
         return max(self._min_robustness - self.robustness, 0.0)
 
     def failure(self, violation: float) -> Failure:

@@ -2,44 +2,62 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pinocchio as pin
 
 from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
 from rbprm_core.failures import Cause, Failure
-from rbprm_core.posture.constraints.rows import Rows
+from rbprm_core.posture.constraints.rows import ByRows, Rows
 from rbprm_core.posture.kinematics import Kinematics
 from rbprm_core.robot import Robot
 from rbprm_core.scene import Surface
 from rbprm_core.statics import cone_generators
 
 
-class ContactOnSurface:
-    """The contact frame of a limb lies on a convex piece of a surface, its place left free.
+@dataclass(frozen=True, eq=False)
+class SurfaceContact:
+    """A contact of a limb anywhere on a convex piece of a surface.
 
-    Args:
-        robot: the robot.
+    Attributes:
         limb: index of the limb.
         surface: the surface.
         piece: index of the convex piece of its polygon.
         edge_margin: smallest distance of the contact's points from the edges of the piece, metres.
+        spot: index of the limb's contact spot.
+    """
+
+    limb: int
+    surface: Surface
+    piece: int = 0
+    edge_margin: float = 0.01
+    spot: int = 0
+
+
+class ContactOnSurface(ByRows):
+    """The contact frame of a limb lies on a convex piece of a surface, its place left free.
+
+    Args:
+        robot: the robot.
+        contact: the limb, and where its contact may be.
     """
 
     tolerance = 1e-5
     """Metres; an error of a radian counts as a metre."""
 
-    def __init__(
-        self, robot: Robot, limb: int, surface: Surface, piece: int, edge_margin: float
-    ) -> None:
-        self._limb, self._index = robot.limbs[limb], limb
-        self._spot, self._surface = self._limb.spot, surface
+    def __init__(self, robot: Robot, contact: SurfaceContact) -> None:
+        surface = contact.surface
+        self._limb, self._index = robot.limbs[contact.limb], contact.limb
+        self._spot_index, self._surface = contact.spot, surface
+        self._spot = self._limb.spots[contact.spot]
         self._normal = surface.normal
-        ring = surface.polygon.pieces[piece]
+        ring = surface.polygon.pieces[contact.piece]
         edges = np.roll(ring, -1, axis=0) - ring
         inward = np.cross(self._normal, edges)
         self._inward = inward / np.linalg.norm(inward, axis=1)[:, None]
-        self._offsets = np.einsum("ij,ij->i", self._inward, ring) + edge_margin
+        self._offsets = np.einsum("ij,ij->i", self._inward, ring) + contact.edge_margin
         self._height = float(self._normal @ surface.polygon.plane.origin) + self._spot.radius
 
     def rows(self, kinematics: Kinematics) -> Rows:
@@ -97,8 +115,10 @@ class ContactOnSurface:
         rays = np.broadcast_to(
             cone_generators(rotation, self._surface.friction), (len(points), 4, 3)
         )
-        surface = self._surface
-        return Contact(self._index, position, rotation, points, rays, surface.friction, surface.id)
+        friction, surface = self._surface.friction, self._surface.id
+        return Contact(
+            self._index, position, rotation, points, rays, friction, surface, self._spot_index
+        )
 
 
 def _half_turn(axis: Array, normal: Array) -> Array:

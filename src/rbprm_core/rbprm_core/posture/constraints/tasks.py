@@ -7,7 +7,7 @@ import numpy as np
 from rbprm_core.arrays import Array
 from rbprm_core.errors import InvalidInput
 from rbprm_core.failures import Cause, Failure
-from rbprm_core.posture.constraints.rows import Rows
+from rbprm_core.posture.constraints.rows import ByRows, Rows
 from rbprm_core.posture.kinematics import Kinematics
 from rbprm_core.robot import Robot
 
@@ -18,7 +18,7 @@ def _frame(robot: Robot, name: str) -> int:
     return int(robot.model.getFrameId(name))
 
 
-class Upright:
+class Upright(ByRows):
     """An axis of a frame stays within an angle of a direction of the planning frame.
 
     Args:
@@ -55,7 +55,7 @@ class Upright:
         return Failure.of(Cause.TASK_NOT_MET, body=f"{self._name} upright", violation=violation)
 
 
-class PointInBox:
+class PointInBox(ByRows):
     """A point of a frame stays in a box of the planning frame; equal bounds fix a coordinate.
 
     Args:

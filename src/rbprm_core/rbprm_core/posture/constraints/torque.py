@@ -14,6 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
 from rbprm_core.body.torques import TorqueModel
 from rbprm_core.failures import Cause, Failure
@@ -39,6 +40,16 @@ class TorqueRatio:
         self._torques, self._contacts, self._max_ratio = torques, tuple(contacts), max_ratio
         self._joint, self._ratio = "", np.inf
 
+    def holds(self, q: Array) -> bool:
+        """True where a configuration satisfies the constraint.
+
+        Args:
+            q: (nq,) configuration.
+        """
+        balance = self._torques.balance(q, self._contacts)
+        self._joint, self._ratio = balance.joint, balance.ratio
+        return balance.ratio <= self._max_ratio
+
     def rows(self, kinematics: Kinematics) -> Rows:
         """See `Constraint.rows`; no row where no forces balance the robot."""
         balance, gradient = self._torques.balance_gradient(kinematics.q, self._contacts)
@@ -49,6 +60,10 @@ class TorqueRatio:
         if bound < 0:
             bound -= AIM
         return Rows(gradient[None], np.array([-np.inf]), np.array([bound]))
+
+    def violation(self, rows: Rows) -> float:
+        """See `Constraint.violation`, without the margin aimed at."""
+        return max(self._ratio - self._max_ratio, 0.0)
 
     def failure(self, violation: float) -> Failure:
         """See `Constraint.failure`."""
