@@ -1,9 +1,9 @@
-"""Measure the planner's node: a process of its own, asked and told by DDS as on a robot.
+"""Measure the planner's node as a process that is reached over DDS, as on a robot.
 
     scripts/in_workspace.sh .venv/bin/python scripts/measure_node.py edits --count 100
 
-Prints Markdown; `--help` lists the measurements. Times are those that a client sees: from before a
-message or a call leaves it until what it waits for has arrived and was read.
+The output is Markdown; `--help` lists the measurements. Times are those of a client: from before a
+message or call is sent until the answer has arrived and is read.
 """
 
 from __future__ import annotations
@@ -20,13 +20,12 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from node_soak import count_answers, print_memory, soak
 from planner_session import (
     COLUMNS,
     GOAL,
-    GRACE,
     INNER,
     ISLAND,
     TIMEOUT,
@@ -39,7 +38,6 @@ from planner_session import (
 )
 from rbprm_msgs.msg import PlanningResult, Surface
 from rbprm_msgs.srv import Plan
-from rclpy.client import Client
 from rclpy.utilities import get_rmw_implementation_identifier
 
 from rbprm_core.check import check_plan
@@ -50,11 +48,11 @@ from rbprm_ros.conversions import plan_of_messages, request_message
 from rbprm_ros.demo.perception import Perception
 from rbprm_ros.rclpy_utils.qos import CALLS
 
-ENDLESS = ("guide.rrt.iterations:=100000000",)  # only the time limit ends a search
+ENDLESS = ("guide.rrt.iterations:=100000000",)  # so that only the time limit ends a search
 
 
 def tile_ahead(session: Session, chance: random.Random) -> str:
-    """A tile that a state to come stands on, and the robot does not."""
+    """A tile on which a later state stands, and the executed state does not."""
     first, *ahead = session.client.sequence.states
     under = {contact.surface_id for contact in first.contacts}
     found = {contact.surface_id for state in ahead for contact in state.contacts} - under
@@ -62,14 +60,20 @@ def tile_ahead(session: Session, chance: random.Random) -> str:
 
 
 def seconds_of(act: Callable[[], object]) -> float:
-    """How long something takes."""
+    """Duration of a call, seconds."""
     start = time.perf_counter()
     act()
     return time.perf_counter() - start
 
 
 def print_times(what: str, seconds: Sequence[float], bar: float | None = None) -> None:
-    """A row of the table of times; `bar` is on the median, seconds."""
+    """Print a row of the table of times.
+
+    Args:
+        what: name of the times.
+        seconds: the times, seconds.
+        bar: limit of their median, seconds; None for none.
+    """
     if not seconds:
         print(f"| {what} | 0 | - | - | - | |")
         return
@@ -80,13 +84,14 @@ def print_times(what: str, seconds: Sequence[float], bar: float | None = None) -
 
 
 def print_head() -> None:
-    """The head of the table of times."""
+    """Print the head of the table of times."""
     print("\n| | n | median | 95 % | worst | bar on the median |")
     print("|---|---|---|---|---|---|", flush=True)
 
 
 def measure_edits(options: argparse.Namespace) -> None:
-    """A walk of Talos while surfaces change: edit to INVALIDATED and to the revision, checked."""
+    """Talos executes a plan while surfaces change: time from edit to INVALIDATED, and to the
+    revision."""
     scenario = load_scenario("replanning")
     with planner(scenario.robot) as session:
         walks = (walk(session, scenario, seed) for seed in itertools.count())
@@ -94,13 +99,16 @@ def measure_edits(options: argparse.Namespace) -> None:
         played = list(itertools.islice(edits, options.count))
     reactions = [reaction for reaction, _ in played]
     print_head()
-    told = [r.invalidated for r in reactions if r.invalidated is not None]
-    print_times("edit to INVALIDATED", told)
+    invalidated = [r.invalidated for r in reactions if r.invalidated is not None]
+    print_times("edit to INVALIDATED", invalidated)
     print_times("edit to revision", [r.revised for r in reactions if r.revised is not None])
     failed = sum(reaction.failed for reaction in reactions)
-    print(f"\n{len(played)} edits: the plan stood at {len(played) - len(told)}, ", end="")
+    print(
+        f"\n{len(played)} edits: the plan stayed valid at {len(played) - len(invalidated)}, ",
+        end="",
+    )
     clean = sum(not violations for _, violations in played)
-    print(f"{failed} without a revision; {clean} clean by the check of what is left to be walked")
+    print(f"{failed} without a revision; {clean} without violations in the remaining states")
     for violation in itertools.chain.from_iterable(violations for _, violations in played):
         print(f"- {violation}")
 
@@ -108,10 +116,10 @@ def measure_edits(options: argparse.Namespace) -> None:
 def walk(
     session: Session, scenario: Scenario, seed: int
 ) -> Iterator[tuple[Reaction, tuple[str, ...]]]:
-    """The edits of one walk: what came of each, and what the check says against the rest."""
+    """The edits of one walk: the reaction to each, and the violations of the remaining states."""
     perception = Perception(session.node, scenario, session.name, "map")
-    session.wait(perception.heard, "subscriber of the surfaces")
-    session.see(perception.publish_all)
+    session.wait(perception.has_subscriber, "subscriber of the surfaces")
+    session.publish_environment(perception.publish_all)
     request = scenario.request_for(scenario.load_robot(), seed)
     session.plan(request_message(request, scenario.robot, scenario.request.time_limit))
     scene = scenario.scene()
@@ -127,7 +135,7 @@ def walk(
 
 
 def faults(session: Session, scene: Scene) -> tuple[str, ...]:
-    """Violations of what is left to be walked, in the environment as edited."""
+    """Violations of the remaining states in the edited environment."""
     plan = plan_of_messages(session.client.sequence, session.guide, polygon_entry(scene, "edited"))
     rest = plan.states[session.executed :]
     request = plan.request.model_copy(update={"start": rest[0].root})
@@ -136,10 +144,10 @@ def faults(session: Session, scene: Scene) -> tuple[str, ...]:
 
 
 def measure_status(options: argparse.Namespace) -> None:
-    """Many surfaces, one under a state to come removed: message to INVALIDATED."""
+    """Many surfaces; one under a later state is removed: time from message to INVALIDATED."""
     surfaces, chance = field(options.surfaces), random.Random(0)
     with planner() as session:
-        session.see(lambda: session.send(*surfaces.values(), is_diff=False))
+        session.publish_environment(lambda: session.send(*surfaces.values(), is_diff=False))
         session.plan(way(GOAL))
         reactions = []
         for _ in range(options.count):
@@ -147,17 +155,17 @@ def measure_status(options: argparse.Namespace) -> None:
             reactions.append(session.react(lambda lost=lost: session.send(removed=[lost])))
             session.send(surfaces[lost])
             session.settle()
-    told = [r.invalidated for r in reactions if r.invalidated is not None]
+    invalidated = [r.invalidated for r in reactions if r.invalidated is not None]
     print_head()
-    print_times(f"edit to INVALIDATED, {len(surfaces)} surfaces", told, 0.05)
+    print_times(f"edit to INVALIDATED, {len(surfaces)} surfaces", invalidated, 0.05)
     print_times("edit to revision", [r.revised for r in reactions if r.revised is not None])
 
 
 def measure_load(options: argparse.Namespace) -> None:
-    """Answers, statuses and surfaces while a plan keeps a core busy."""
+    """Answers, statuses and accepted surfaces while planning keeps a core busy."""
     surfaces, chance = field(options.surfaces), random.Random(0)
     with planner(parameters=ENDLESS) as session:
-        session.see(lambda: session.send(*surfaces.values(), is_diff=False))
+        session.publish_environment(lambda: session.send(*surfaces.values(), is_diff=False))
         session.plan(way(GOAL))
         print_head()
         client, count = session.client, options.count
@@ -166,18 +174,18 @@ def measure_load(options: argparse.Namespace) -> None:
             ("~/get_environment", client.environment, None),
         ):
             print_times(what, under_load(session, lambda ask=ask: seconds_of(ask), count), bar)
-        mended: list[float] = []
-        lost = partial(lose, session, surfaces, chance, mended)
+        restored: list[float] = []
+        lost = partial(lose, session, surfaces, chance, restored)
         print_times("loss to INVALIDATED", under_load(session, lost, options.edits))
-        print_times("its mending to a status without lost states", mended)
+        print_times("its return to a status without invalid states", restored)
         call = session.search()
-        sent, taken = stream(session, options.rate, options.seconds)
+        sent, accepted = stream(session, options.rate, options.seconds)
         busy = "" if not call.done else ", the last of them after the plan had ended"
-        print(f"\n{taken} of {sent} messages at {options.rate:g} Hz taken in{busy}")
+        print(f"\n{accepted} of {sent} messages at {options.rate:g} Hz accepted{busy}")
 
 
 def under_load(session: Session, measure: Callable[[], float], count: int) -> list[float]:
-    """Some measurements, each begun while the planner searches."""
+    """Measurements that begin while the planner searches."""
     seconds: list[float] = []
     call = session.search()
     while len(seconds) < count:
@@ -190,30 +198,35 @@ def under_load(session: Session, measure: Callable[[], float], count: int) -> li
 
 
 def lose(
-    session: Session, surfaces: dict[str, Surface], chance: random.Random, mended: list[float]
+    session: Session, surfaces: dict[str, Surface], chance: random.Random, restored: list[float]
 ) -> float:
-    """Remove a tile ahead and put it back.
+    """Remove a tile under a later state and put it back.
 
     Args:
-        mended: gets the seconds from the tile's return to a status without lost states.
+        session: the planner.
+        surfaces: all tiles by id.
+        chance: random numbers.
+        restored: receives the seconds from the tile's return to a status without invalid states.
 
     Returns:
-        Seconds from its loss to INVALIDATED.
+        Seconds from the tile's loss to INVALIDATED.
     """
-    lost, told, start = tile_ahead(session, chance), len(session.statuses), time.perf_counter()
+    lost, count, start = tile_ahead(session, chance), len(session.statuses), time.perf_counter()
     session.send(removed=[lost])
-    session.wait(lambda: session.told_since(told) is not None, "INVALIDATED")
+    session.wait(lambda: session.time_of_status(count) is not None, "INVALIDATED")
     back = time.perf_counter()
     session.send(surfaces[lost])
-    session.wait(lambda: not session.client.status.invalid_states, "a status without lost states")
-    mended.append(time.perf_counter() - back)
-    return session.told_since(told) - start
+    session.wait(
+        lambda: not session.client.status.invalid_states, "a status without invalid states"
+    )
+    restored.append(time.perf_counter() - back)
+    return session.time_of_status(count) - start
 
 
 def stream(session: Session, rate: float, seconds: float) -> tuple[int, int]:
-    """Surfaces at a steady rate, each a change: how many were sent, and how many taken in.
+    """Publish changes of surfaces at a constant rate; returns how many were sent, and accepted.
 
-    The planner's version of the environment counts the changes that it took in.
+    The planner's version of the environment counts the accepted changes.
     """
     before, count = session.client.environment().environment_version, round(rate * seconds)
     start = time.perf_counter()
@@ -228,10 +241,10 @@ def stream(session: Session, rate: float, seconds: float) -> tuple[int, int]:
 
 
 def measure_cancel(options: argparse.Namespace) -> None:
-    """Cancel to result, and answers after a time limit, while a guide is searched."""
+    """While a guide path is searched: time from cancellation to result, and beyond a time limit."""
     surfaces, limit = field(COLUMNS), 1.0
     with planner(parameters=ENDLESS) as session:
-        session.see(lambda: session.send(*surfaces.values(), is_diff=False))
+        session.publish_environment(lambda: session.send(*surfaces.values(), is_diff=False))
         print_head()
         for what, end, bar in (
             ("cancel to result", cancelled, 0.1),
@@ -241,7 +254,7 @@ def measure_cancel(options: argparse.Namespace) -> None:
 
 
 def cancelled(session: Session, _limit: float) -> float:
-    """Seconds from the wish to stop to the result."""
+    """Seconds from cancellation to result."""
     call, start = session.search(), time.perf_counter()
     call.cancel()
     require(call.result(TIMEOUT).result, PlanningResult.CANCELLED)
@@ -257,18 +270,18 @@ def limited(session: Session, limit: float) -> float:
 
 
 def require(result: PlanningResult, code: int) -> None:
-    """Refuse to measure what ended in another way than it was to."""
+    """Raise an error where a result has another code than expected."""
     if result.code != code:
         raise RuntimeError(f"code {result.code} in place of {code}: {result.text}")
 
 
 def measure_sigterm(options: argparse.Namespace) -> None:
-    """SIGTERM under load: exit code, answer to the goal under way, processes left behind."""
+    """SIGTERM under load: exit code, answer to the goal under way, remaining processes."""
     surfaces, seconds = field(COLUMNS), []
     counters: Counter[str] = Counter()
     for _ in range(options.count):
         with planner(parameters=ENDLESS) as session:
-            session.see(lambda: session.send(*surfaces.values(), is_diff=False))
+            session.publish_environment(lambda: session.send(*surfaces.values(), is_diff=False))
             call, workers = session.search(), session.workers().values()
             start = time.perf_counter()
             session.process.send_signal(signal.SIGTERM)
@@ -286,10 +299,10 @@ def measure_sigterm(options: argparse.Namespace) -> None:
 
 
 def measure_soak(options: argparse.Namespace) -> None:
-    """Surfaces that change all the time and plans one after another: answers and memory."""
+    """Surfaces that change permanently and plans one after another: answers and memory."""
     surfaces = field(COLUMNS)
     with planner() as session:
-        session.see(lambda: session.send(*surfaces.values(), is_diff=False))
+        session.publish_environment(lambda: session.send(*surfaces.values(), is_diff=False))
         session.plan(way(GOAL))
         service = session.node.create_client(Plan, f"{session.name}/plan", qos_profile=CALLS)
         session.wait(service.service_is_ready, "the plan service")
@@ -303,67 +316,9 @@ def measure_soak(options: argparse.Namespace) -> None:
     codes = Counter(future.result().result.code for future in futures if future.done())
     published, twice = len(session.sequences) - known, sum(n > 1 for n in answers.values())
     planned = codes[PlanningResult.SUCCESS]
-    print(f"\n{session.version - before} edits, all taken in; {published} sequences", end="")
-    print(f" received, {planned} of them asked for; {len(futures)} plans asked for, ", end="")
+    print(f"\n{session.version - before} edits, all accepted; {published} sequences", end="")
+    print(f" received, {planned} of them requested; {len(futures)} plans requested, ", end="")
     print(f"{len(futures) - len(answers)} lost, {twice} answered twice; by code: {dict(codes)}")
-
-
-def soak(
-    session: Session, surfaces: dict[str, Surface], service: Client, options: argparse.Namespace
-) -> tuple[list[Any], list[float]]:
-    """Edit and ask until the time is over; returns the calls, and the seconds of the answers."""
-    futures: list[Any] = []
-    seconds: list[float] = []
-    columns, minutes = itertools.cycle(INNER), itertools.count()
-    start, minute, asked = time.perf_counter(), next(minutes), -np.inf
-    for k in range(round(60.0 * options.minutes * options.rate)):
-        session.spinner.spin_until(lambda: False, start + k / options.rate - time.perf_counter())
-        if k % 2 == 0:
-            lost = f"0/{next(columns)}"
-            session.send(removed=[lost])
-        else:
-            session.send(surfaces[lost])
-        now = time.perf_counter()
-        if len(seconds) == len(futures) and now - asked >= options.period:
-            asked = now
-            futures.append(service.call_async(way(GOAL, 10.0)))
-            futures[-1].add_done_callback(
-                lambda _, asked=now: seconds.append(time.perf_counter() - asked)
-            )
-        if now - start >= 60.0 * minute:
-            print_memory(session, str(minute))
-            minute = next(minutes)
-    session.spinner.spin_until(lambda: len(seconds) == len(futures), TIMEOUT)
-    session.spinner.spin_until(lambda: False, GRACE)  # for second answers
-    return futures, seconds
-
-
-def count_answers(service: Client) -> Counter[int]:
-    """Answers that a client takes, by the number of the call; rclpy drops a second one unseen."""
-    answers: Counter[int] = Counter()
-    pending = service.get_pending_request
-
-    def counted(number: int) -> Any:
-        answers[number] += 1
-        return pending(number)
-
-    service.get_pending_request = counted
-    return answers
-
-
-def print_memory(session: Session, when: str) -> None:
-    """A row of the table of resident memory."""
-    workers = session.workers()
-    ids = (session.process.pid, workers.get("planning"), workers.get("validating"))
-    sizes = [0.0 if pid is None else resident(pid) for pid in ids]
-    shown = " | ".join(f"{size:.1f}" for size in (*sizes, sum(sizes)))
-    print(f"| {when} | {shown} |", flush=True)
-
-
-def resident(pid: int) -> float:
-    """Resident memory of a process, MB."""
-    lines = Path(f"/proc/{pid}/status").read_text().splitlines()
-    return next(int(line.split()[1]) for line in lines if line.startswith("VmRSS:")) / 1024
 
 
 def parser() -> argparse.ArgumentParser:
@@ -388,9 +343,9 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main() -> None:
-    """Measure, and tell on what."""
+    """Measure, and print the duration and the machine's load."""
     options = parser().parse_args()
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # its end is the planner's too
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # the planner ends with this process
     before = os.getloadavg()[0]
     start = time.perf_counter()
     options.measure(options)

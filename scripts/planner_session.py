@@ -1,6 +1,6 @@
-"""A planner's process, a client of it and a field of tiles to plan on, for `measure_node.py`.
+"""A planner's process, a client of it, and a field of tiles to plan on, for `measure_node.py`.
 
-The process is started as on a robot, and talked to by DDS only.
+The process is started as on a robot, and reached over DDS only.
 """
 
 from __future__ import annotations
@@ -30,25 +30,26 @@ from rbprm_ros.rclpy_utils.qos import LATCHED_STREAM, STREAM
 from rbprm_ros.rclpy_utils.spinning import Spinner, init
 
 EXECUTABLE = Path(get_package_prefix("rbprm_ros")) / "lib" / "rbprm_ros" / "planner_node"
-TIMEOUT = 60.0  # seconds; what takes longer is a failure
-GRACE = 1.0  # seconds without news after which the planner is asked whether a plan stands
-SEARCH_LIMIT = 30.0  # seconds of a search that finds nothing
-NUMBERS = itertools.count()  # of sessions: each planner has a name of its own in the ROS graph
+TIMEOUT = 60.0  # seconds, after which an action has failed
+GRACE = 1.0  # seconds without a status after which a sequence is validated
+SEARCH_LIMIT = 30.0  # seconds of a search without result
+NUMBERS = itertools.count()  # of sessions; each planner has another name in the ROS graph
 
-# HyQ walks 3 m over a row of tiles amid others; to the island beyond no step leads.
-LENGTH, WIDTH, COLUMNS = 0.25, 1.2, 20  # of a tile, metres; tiles in a row
-INNER = range(7, 13)  # columns that the way leads over, not near its ends
-HEIGHT = 0.6  # of HyQ's root, metres
-GOAL, ISLAND = 3.0, 9.0  # x of the roots, metres
-THRESHOLD = 10.0  # least b0, newtons
+# HyQ walks 3 m over a row of tiles among others; the island beyond is out of reach.
+LENGTH, WIDTH, COLUMNS = 0.25, 1.2, 20  # length and width of a tile, metres; tiles in a row
+INNER = range(7, 13)  # columns in the middle of the way
+HEIGHT = 0.6  # height of HyQ's root, metres
+GOAL, ISLAND = 3.0, 9.0  # x of the root at the goals, metres
+THRESHOLD = 10.0  # minimum b0, newtons
 
 
 @contextmanager
 def planner(robot: str = "hyq", parameters: Sequence[str] = ()) -> Iterator[Session]:
-    """A planner that would plan at once; its process ends with the block.
+    """A planner that is ready to plan; its process ends with the block.
 
     Args:
-        parameters: of the planner, "NAME:=VALUE".
+        robot: name of the robot.
+        parameters: parameters of the planner, "NAME:=VALUE".
     """
     session = Session(robot, parameters)
     try:
@@ -63,14 +64,19 @@ def planner(robot: str = "hyq", parameters: Sequence[str] = ()) -> Iterator[Sess
 
 @dataclass(frozen=True)
 class Reaction:
-    """What came of an edit: seconds until INVALIDATED, and until the revision; None without one."""
+    """The planner's reaction to an edit.
+
+    Attributes:
+        invalidated: seconds until INVALIDATED; None without that status.
+        revised: seconds until the revision; None without one.
+    """
 
     invalidated: float | None
     revised: float | None
 
     @property
     def failed(self) -> bool:
-        """Whether states were lost and no revision came."""
+        """Whether states became invalid and no revision came."""
         return self.invalidated is not None and self.revised is None
 
 
@@ -78,10 +84,12 @@ class Session:
     """A planner's process, and a client of it.
 
     Args:
-        parameters: of the planner, "NAME:=VALUE".
+        robot: name of the robot.
+        parameters: parameters of the planner, "NAME:=VALUE".
 
     Attributes:
-        executed: state that the robot was told to be in. version: of the environment as sent.
+        executed: index of the reported executed state.
+        version: version of the environment after all sent changes.
     """
 
     def __init__(self, robot: str = "hyq", parameters: Sequence[str] = ()) -> None:
@@ -110,23 +118,23 @@ class Session:
             SurfaceArray,
             f"{self.name}/surfaces",
             STREAM,
-            # The planner's second reader wants latched messages, by intention: no warning.
+            # The planner's second reader requests latched messages, by design: no warning.
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
         )
 
     def start(self) -> None:
-        """Wait until the planner would plan at once."""
+        """Wait until the planner is ready to plan."""
         self.client.wait_for_planner(TIMEOUT)
-        heard = self._surfaces.get_subscription_count
-        self.wait(lambda: heard() > 0, "subscriber of the surfaces")
+        subscribers = self._surfaces.get_subscription_count
+        self.wait(lambda: subscribers() > 0, "subscriber of the surfaces")
         self.wait(lambda: "process is ready" in self.log(), "planner")
 
     def log(self) -> str:
-        """What the planner has written."""
+        """The planner's log."""
         return Path(self._log.name).read_text()
 
     def close(self) -> None:
-        """Leave nothing behind."""
+        """End the process and destroy the node."""
         self.process.terminate()
         try:
             self.process.wait(10.0)
@@ -137,33 +145,33 @@ class Session:
         self._log.close()
 
     def wait(self, done: Callable[[], Any], what: str, timeout: float = TIMEOUT) -> None:
-        """Serve callbacks until something is true; PlannerTimeout where it never is."""
+        """Run callbacks until a condition holds; PlannerTimeout where it never does."""
         self.client.wait_until(lambda: bool(done()), what, timeout)
 
     def send(self, *added: Surface, removed: Sequence[str] = (), is_diff: bool = True) -> None:
-        """Publish surfaces: a change, of which each counts as a version."""
+        """Publish a change of the surfaces, which makes a new version of the environment."""
         message = SurfaceArray(is_diff=is_diff, surfaces=added, removed_ids=removed)
         message.header.stamp = self.node.get_clock().now().to_msg()
         self._surfaces.publish(message)
         self.version += 1
 
-    def see(self, publish: Callable[[], object]) -> None:
-        """Have a whole environment published, and wait until the planner has it."""
+    def publish_environment(self, publish: Callable[[], object]) -> None:
+        """Publish a whole environment, and wait until the planner knows it."""
         before = self.client.environment().environment_version
         publish()
         self.wait(lambda: self.client.environment().environment_version > before, "surfaces")
         self.version = self.client.environment().environment_version
 
     def plan(self, request: Plan.Request) -> None:
-        """Plan, and wait until the sequence is published and stands."""
+        """Plan, and wait until the sequence is published and valid."""
         answer = self.client.plan(request).result(request.time_limit + TIMEOUT)
         if answer.result.code != PlanningResult.SUCCESS:
             raise RuntimeError(f"no plan: {answer.result.text}")
         identity, self.executed = answer.sequence.sequence_id, 0
-        self.wait(lambda: self._published(identity) and self._stands(), "the sequence")
+        self.wait(lambda: self._published(identity) and self._is_valid(), "the sequence")
 
     def search(self, time_limit: float = SEARCH_LIMIT) -> PlanCall:
-        """Begin to search a way to the island; returns when the planner is at full load."""
+        """Begin to search a guide path to the island; returns when the planner is at full load."""
         call = self.client.plan(way(ISLAND, time_limit))
 
         def searching() -> bool:
@@ -175,43 +183,43 @@ class Session:
         return call
 
     def execute(self, state: int) -> None:
-        """Tell the planner where the robot is, and wait until it has taken note."""
+        """Report the executed state, and wait until it is in the status."""
         self.executed = state
         self.client.executed(self.client.sequence, state)
-        self.wait(lambda: self.client.status.executed_state == state, "notice of the state")
+        self.wait(lambda: self.client.status.executed_state == state, "the state in the status")
 
     def react(self, publish: Callable[[], object]) -> Reaction:
-        """Have an edit published, and wait until the planner is through with it."""
-        told, published, start = len(self.statuses), len(self.sequences), time.perf_counter()
+        """Publish an edit, and wait until the planner has completed its reaction."""
+        statuses, published, start = len(self.statuses), len(self.sequences), time.perf_counter()
         publish()
-        self.spinner.spin_until(lambda: self.told_since(told) is not None, GRACE)
-        if self.told_since(told) is None:
+        self.spinner.spin_until(lambda: self.time_of_status(statuses) is not None, GRACE)
+        if self.time_of_status(statuses) is None:
             self.wait_for_environment()
             request = Validate.Request(from_state=self.executed)
-            if self.client.validate(request).valid and self.told_since(told) is None:
+            if self.client.validate(request).valid and self.time_of_status(statuses) is None:
                 return Reaction(None, None)
-        self.wait(lambda: self.told_since(told) is not None, "INVALIDATED")
-        self.wait(self._rests, "end of the replanning")
+        self.wait(lambda: self.time_of_status(statuses) is not None, "INVALIDATED")
+        self.wait(self._is_idle, "end of the replanning")
         when = [t for t, sequence in self.sequences[published:] if sequence.complete]
-        return Reaction(self.told_since(told) - start, when[0] - start if when else None)
+        return Reaction(self.time_of_status(statuses) - start, when[0] - start if when else None)
 
-    def told_since(self, index: int, state: int = PlannerStatus.INVALIDATED) -> float | None:
-        """When a status was first told, of those from an index on."""
+    def time_of_status(self, index: int, state: int = PlannerStatus.INVALIDATED) -> float | None:
+        """Time of the first status with a state, from an index on; None where there is none."""
         return next((t for t, status in self.statuses[index:] if status.state == state), None)
 
     def settle(self) -> None:
-        """Wait until the published sequence stands on all that was sent."""
+        """Wait until the published sequence is valid on all sent surfaces."""
         self.wait_for_environment()
-        self.client.validate()  # answered in turn: looks that were begun before are over
-        self.wait(self._stands, "a sequence that stands")
+        self.client.validate()  # answered in turn, after validations that began before
+        self.wait(self._is_valid, "a valid sequence")
 
     def wait_for_environment(self) -> None:
-        """Wait until the planner has taken in what was sent."""
+        """Wait until the planner has accepted all sent changes."""
         known = self.client.environment
-        self.wait(lambda: known().environment_version >= self.version, "surfaces taken in")
+        self.wait(lambda: known().environment_version >= self.version, "accepted surfaces")
 
     def workers(self) -> dict[str, int]:
-        """Ids of the planner's processes that are alive, by what they are for."""
+        """Ids of the planner's running processes by purpose."""
         tasks = Path(f"/proc/{self.process.pid}/task").glob("*/children")
         ids = [int(pid) for task in tasks for pid in task.read_text().split()]
         return {Path(f"/proc/{i}/cmdline").read_text().split("\0")[-2]: i for i in ids}
@@ -219,13 +227,13 @@ class Session:
     def _published(self, identity: str) -> bool:
         return {self.client.sequence.sequence_id, self.client.status.sequence_id} == {identity}
 
-    def _stands(self) -> bool:
-        return self._rests() and self.client.status.state == PlannerStatus.VALID
+    def _is_valid(self) -> bool:
+        return self._is_idle() and self.client.status.state == PlannerStatus.VALID
 
-    def _rests(self) -> bool:
+    def _is_idle(self) -> bool:
         status, sequence = self.client.status, self.client.sequence
-        resting = status.state in (PlannerStatus.VALID, PlannerStatus.FAILED)
-        return resting and sequence.revision == status.revision and self._has_guide()
+        idle = status.state in (PlannerStatus.VALID, PlannerStatus.FAILED)
+        return idle and sequence.revision == status.revision and self._has_guide()
 
     def _has_guide(self) -> bool:
         return self.guide.header.stamp == self.client.sequence.header.stamp
@@ -242,7 +250,7 @@ def tile(name: str, x: float, y: float, length: float = LENGTH, width: float = W
 
 
 def field(count: int) -> dict[str, Surface]:
-    """The tiles, whole rows of them, and the island: about so many surfaces."""
+    """Tiles in whole rows, and the island: about a number of surfaces."""
     rows = max(1, round(count / COLUMNS))
     tiles = [
         tile(f"{row}/{column}", LENGTH * (column - 3.5), WIDTH * row)
@@ -252,7 +260,7 @@ def field(count: int) -> dict[str, Surface]:
 
 
 def way(x: float, time_limit: float = TIMEOUT) -> Plan.Request:
-    """The request that HyQ goes from the origin to a root at some x."""
+    """The request for HyQ to go from the origin to a value of x."""
     start, goal = (
         PoseStamped(pose=Pose(position=Point(x=at, z=HEIGHT), orientation=Quaternion(w=1.0)))
         for at in (0.0, x)

@@ -28,30 +28,10 @@ OLD_NAMES = {  # files with the old names of options, which are still accepted
     "src/rbprm_ros/rbprm_ros/node/parameters.py",
 }
 NOT_CLEANED = {
-    "scripts/measure_node.py",
-    "scripts/planner_session.py",
     "src/rbprm_core/rbprm_core/bench/aggregate.py",
-    "src/rbprm_ros/rbprm_ros/conversions/plans.py",
     "tests/core/contacts/along_guide/test_walk.py",
     "tests/core/portfolio/test_portfolio.py",
     "tests/core/test_planner.py",
-    "tests/ros/client/test_client.py",
-    "tests/ros/client/test_executive.py",
-    "tests/ros/deployment/test_foreign_peer.py",
-    "tests/ros/deployment/test_launch.py",
-    "tests/ros/deployment/test_security.py",
-    "tests/ros/deployment/test_security_policy.py",
-    "tests/ros/deployment/test_soak.py",
-    "tests/ros/environment/test_update_queue.py",
-    "tests/ros/node/test_clock.py",
-    "tests/ros/node/test_conditions.py",
-    "tests/ros/node/test_lifecycle.py",
-    "tests/ros/node/test_lost_peers.py",
-    "tests/ros/node/test_restart.py",
-    "tests/ros/planning/test_planning.py",
-    "tests/ros/planning/test_planning_alone.py",
-    "tests/ros/planning/test_replanning.py",
-    "tests/ros/planning/test_validate_and_environment.py",
 }
 
 

@@ -1,4 +1,4 @@
-"""Real processes over DDS: each test module on a domain of its own, on this machine only."""
+"""Fixtures with real processes over DDS; each test module has a domain of its own."""
 
 from __future__ import annotations
 
@@ -36,20 +36,21 @@ from rclpy.qos import QoSProfile
 
 from rbprm_ros.rclpy_utils.qos import CALLS, LATCHED, LATCHED_STREAM
 
-os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"  # of our clients and of what they start
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"  # for tests and started processes
 
 NODE = "/rbprm_planner"
 EXECUTABLES = Path(get_package_prefix("rbprm_ros")) / "lib" / "rbprm_ros"
-START_TIMEOUT = 90.0  # seconds; as all of these far beyond what a busy machine takes
+START_TIMEOUT = 90.0  # seconds; like the others far more than a busy machine needs
 ANSWER_TIMEOUT = 90.0
 PROBE_PERIOD = 2.0  # seconds until a probe without an answer is sent again
 STOP_TIMEOUT = 30.0
 DOMAINS = itertools.count(os.getpid())
-ENDLESS = ("--ros-args", "-p", "guide.rrt.iterations:=1000000000")  # only time limits end a search
+ENDLESS = ("--ros-args", "-p", "guide.rrt.iterations:=1000000000")
+"""Arguments of a planner whose searches end by their time limits only."""
 
 
 class Process:
-    """An executable of the built workspace, running."""
+    """A running executable of the built workspace."""
 
     def __init__(self, domain: int, folder: Path, name: str, *arguments: str) -> None:
         environment = {
@@ -67,7 +68,7 @@ class Process:
             )
 
     def wait_for(self, text: str, count: int = 1) -> None:
-        """Wait until the process has logged a text so many times."""
+        """Wait until the process has logged a text a number of times."""
         wait_until(lambda: self.log.read_text().count(text) >= count, f"{text!r} in {self.log}")
 
     def children(self) -> list[int]:
@@ -76,15 +77,15 @@ class Process:
         return [int(pid) for task in tasks for pid in task.read_text().split()]
 
     def worker(self, purpose: str = "planning") -> int:
-        """Id of the process that plans, or watches."""
+        """Id of the planner's process for a purpose, "planning" or "validating"."""
         while True:
             wait_until(lambda: len(self.workers(purpose)) == 1, f"a {purpose} process")
-            with contextlib.suppress(ValueError):  # it has gone since
+            with contextlib.suppress(ValueError):  # it has ended meanwhile
                 (found,) = self.workers(purpose)
                 return found
 
     def workers(self, purpose: str) -> list[int]:
-        """Ids of the processes for something that are alive."""
+        """Ids of the running processes for a purpose."""
         return [pid for pid in self.children() if role(pid) == purpose]
 
     def stop(self, number: int = signal.SIGINT, timeout: float = STOP_TIMEOUT) -> int:
@@ -94,16 +95,16 @@ class Process:
 
 
 def role(pid: int) -> str:
-    """What a child process of the planner is for: the last word of its command line."""
+    """The purpose of a child process of the planner: the last word of its command line."""
     try:
         words = Path(f"/proc/{pid}/cmdline").read_text().split("\0")
-    except OSError:  # it is gone
+    except OSError:  # it has ended
         return ""
     return words[-2] if len(words) > 1 else ""
 
 
 class Executive:
-    """A client of the planner, as a mission executive is one."""
+    """A client of the planner, like a mission executive."""
 
     def __init__(self, context: Context) -> None:
         self.node = Node("executive", context=context)
@@ -115,10 +116,10 @@ class Executive:
         self.statuses: list[PlannerStatus] = []
         self._clients: dict[str, Any] = {}
         self._publishers: dict[str, Any] = {}
-        self._reached: dict[Any, set[tuple[int, ...]]] = {}  # planners that know a client
+        self._reached: dict[Any, set[tuple[int, ...]]] = {}  # planners that discovered a client
 
     def listen(self) -> None:
-        """Collect what comes on the latched topics from now on."""
+        """Collect the messages on the latched topics from now on."""
         for kind, topic, kept in (
             (ContactSequence, "contact_sequence", self.sequences),
             (PathMessage, "guide_path", self.guides),
@@ -127,7 +128,7 @@ class Executive:
             self.node.create_subscription(kind, f"{NODE}/{topic}", kept.append, LATCHED_STREAM)
 
     def wait_for_planner(self) -> None:
-        """Wait until the plan service is there."""
+        """Wait until the plan service is ready."""
         self.reach(self.client, self.client.service_is_ready, "the plan service")
 
     def reach(self, client: Any, ready: Callable[[], bool], what: str) -> None:
@@ -160,7 +161,7 @@ class Executive:
         return {tuple(info.endpoint_gid) for info in found}
 
     def publish(self, message: SurfaceArray, qos: QoSProfile = LATCHED) -> None:
-        """Send surfaces, as soon as the planner listens."""
+        """Publish surfaces, as soon as the planner subscribes."""
         key = str(qos.durability)
         if key not in self._publishers:
             topic = f"{NODE}/surfaces"
@@ -210,7 +211,7 @@ class Executive:
         assert answer.result.code == PlanningResult.SUCCESS, answer.result.text
 
     def call_on_surfaces(self, request: Plan.Request) -> Plan.Response:
-        """Call until the surfaces, which have been sent, are there."""
+        """Call until the planner knows the surfaces, which have been sent."""
         end = time.monotonic() + START_TIMEOUT
         while True:
             response = self.call(request)
@@ -220,20 +221,20 @@ class Executive:
     def spin_until(
         self, done: Callable[[], bool], what: str, timeout: float = START_TIMEOUT
     ) -> None:
-        """Serve callbacks until something is true; a failed test where it never is."""
+        """Run callbacks until a condition holds; the test fails where it never does."""
         end = time.monotonic() + timeout
         while not done():
             assert time.monotonic() < end, f"no {what} within {timeout} s"
             self.executor.spin_once(0.02)
 
     def close(self) -> None:
-        """Leave ROS."""
+        """Destroy the node."""
         self.executor.shutdown()
         self.node.destroy_node()
 
 
 def wait_until(done: Callable[[], bool], what: str, timeout: float = START_TIMEOUT) -> None:
-    """Wait, without serving callbacks."""
+    """Wait until a condition holds, without running callbacks."""
     end = time.monotonic() + timeout
     while not done():
         assert time.monotonic() < end, f"no {what} within {timeout} s"
@@ -241,7 +242,7 @@ def wait_until(done: Callable[[], bool], what: str, timeout: float = START_TIMEO
 
 
 class Site:
-    """A ROS domain that no other test run on this machine uses, and what runs in it."""
+    """A ROS domain that no other test run on this machine uses, and the processes in it."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -257,7 +258,7 @@ class Site:
         return self.processes[-1]
 
     def planner(self, *arguments: str) -> Process:
-        """Start a planner node and wait until it would plan at once."""
+        """Start a planner node and wait until it is ready to plan."""
         process = self.start("planner_node", *arguments)
         process.wait_for("process is ready")
         return process
@@ -268,13 +269,13 @@ class Site:
         return self._executives[-1]
 
     def close(self) -> None:
-        """Leave nothing behind."""
+        """End all processes and nodes."""
         for process in self.processes:
             process.popen.terminate()
         for process in self.processes:
             try:
                 process.popen.wait(STOP_TIMEOUT)
-            except subprocess.TimeoutExpired:  # the test of that has failed already
+            except subprocess.TimeoutExpired:  # another test reports that
                 process.popen.kill()
                 process.popen.wait(STOP_TIMEOUT)
         for executive in self._executives:
@@ -284,8 +285,11 @@ class Site:
 
 
 def _claim_domain() -> tuple[int, IO[str]]:
-    """A domain and the file whose lock keeps it; each time another one, since DDS takes seconds to
-    find participants that come again where others have just left."""
+    """A domain and the locked file that reserves it.
+
+    Each call gives another domain, since DDS takes seconds to discover participants in a domain
+    that others have just left.
+    """
     for _ in range(100):
         number = 1 + next(DOMAINS) % 100
         file = (Path(tempfile.gettempdir()) / f"rbprm_test_domain_{number}.lock").open("w")
@@ -300,7 +304,7 @@ def _claim_domain() -> tuple[int, IO[str]]:
 
 @pytest.fixture
 def site(tmp_path: Path) -> Iterator[Site]:
-    """A domain of the test's own."""
+    """A domain for one test."""
     made = Site(tmp_path)
     yield made
     made.close()
@@ -308,7 +312,7 @@ def site(tmp_path: Path) -> Iterator[Site]:
 
 @pytest.fixture(scope="module")
 def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
-    """A domain with a planner node that the tests of a module share."""
+    """A domain with a planner node, shared by the tests of a module."""
     made = Site(tmp_path_factory.mktemp("shared"))
     made.planner(*ENDLESS)
     yield made
@@ -317,7 +321,7 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
 
 @pytest.fixture(scope="module")
 def managed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
-    """A domain with a planner node that waits for its manager."""
+    """A domain with a planner node that waits for a lifecycle manager."""
     made = Site(tmp_path_factory.mktemp("managed"))
     level = ("--log-level", "rbprm_planner:=debug")
     made.start("planner_node", *ENDLESS, "-p", "autostart:=false", *level)
@@ -361,7 +365,7 @@ def gap() -> SurfaceArray:
 
 @pytest.fixture
 def request_over_gap(request_on_ground: Plan.Request) -> Plan.Request:
-    """A request that keeps the planner searching for as long as it may."""
+    """A request for which the planner searches until its time limit."""
     request_on_ground.goal.pose.position.x = 5.0
     request_on_ground.time_limit = 30.0
     return request_on_ground
@@ -375,7 +379,7 @@ def stamped(x: float) -> PoseStamped:
 
 @pytest.fixture(scope="session")
 def plain() -> Callable[[Any], Any]:
-    """A function that turns a message into what JSON can hold."""
+    """A function that converts a message to types of JSON."""
 
     def convert(value: Any) -> Any:
         if hasattr(value, "get_fields_and_field_types"):

@@ -1,4 +1,4 @@
-"""Bags: recorded from a running planner, read back with and without ROS, replayed."""
+"""Bags: recorded from a running planner, read with and without ROS, and played."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from conftest import Executive, Site
 
 ROOT = Path(__file__).parents[3]
-WITHOUT_ROS = ROOT / ".venv" / "peer" / "bin" / "python"  # made by set-up
+WITHOUT_ROS = ROOT / ".venv" / "peer" / "bin" / "python"  # made by `make test`
 ARGUMENTS = ("--ros-args", "-p")
 
 
 def heard(executive: Executive, name: str, node: str = "/rbprm_planner") -> list[Any]:
-    """Collect what comes on a topic of the planner from now on."""
+    """Collect the messages on a topic of the planner from now on."""
     kept: list[Any] = []
     topic = TOPICS[name]
     executive.node.create_subscription(topic.kind, f"{node}/{name}", kept.append, topic.qos)
@@ -44,12 +44,12 @@ def recorded(bag: Path, name: str) -> list[Any]:
 
 
 def roots(guide: Any) -> list[Any]:
-    """The root's poses of a guide; their stamps may differ from a message to the next."""
+    """The root poses of a guide, without stamps, which may differ from message to message."""
     return [stamped.pose for stamped in guide.poses]
 
 
 def without_ros(bag: Path) -> list[dict[str, Any]]:
-    """What the example reads from a bag, in an environment without ROS."""
+    """The output of the example that reads a bag, in an environment without ROS."""
     command = [WITHOUT_ROS, "-I", ROOT / "examples" / "read_bag.py", bag, "--json"]
     done = subprocess.run(command, env={}, capture_output=True, text=True, timeout=60, check=True)
     return [json.loads(line) for line in done.stdout.splitlines()]
@@ -99,7 +99,7 @@ def test_recorded_from_the_planner_read_back_and_replayed(
 
 
 def assert_replayed(bag: Path, site: Site, executive: Executive) -> None:
-    """Under another planner's name, so that this one's messages are not among them."""
+    """The bag is played under another planner's name, apart from the running planner's messages."""
     node = f"/replayed_{bag.name}"
     again = {name: heard(executive, name, node) for name in ("surfaces", "guide_path")}
     player = site.start("play_bag", str(bag), *ARGUMENTS, f"planner:={node}", "-p", "rate:=100.0")
@@ -121,7 +121,7 @@ def test_surfaces_alone_are_replayed_to_a_planner_that_plans_on_them(
     request_on_ground: Plan.Request,
     tmp_path: Path,
 ) -> None:
-    """Another robot's bag, a diff in it, under the name of the planner at hand."""
+    """Another robot's bag, with a change in it, is played under the running planner's name."""
     ground.surfaces[0].id = "replayed"
     with BagWriter(tmp_path / "bag", "/another", "mcap") as writer:
         writer.write(BagMessage("surfaces", 1_000, serialize_message(ground)))
@@ -152,7 +152,7 @@ def test_surfaces_in_markers_are_recorded_too(site: Site, tmp_path: Path) -> Non
 
 
 def test_types_of_a_bag_are_those_of_the_interfaces(tmp_path: Path) -> None:
-    """A bag of rbprm and one of `ros2 bag` agree on what the messages are."""
+    """Bags of rbprm and of `ros2 bag` have the same message definitions."""
     with BagWriter(tmp_path / "bag", "/planner", "mcap") as writer:
         for stamp, name in enumerate(TOPICS):
             writer.write(BagMessage(name, stamp, b""))

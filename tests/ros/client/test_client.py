@@ -1,4 +1,4 @@
-"""The client of mission executives, against a real planner, in both ways to spin its node."""
+"""The client of mission executives with a real planner, for both ways to spin its node."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from rbprm_ros.client import PlannerClient, PlannerTimeout
 if TYPE_CHECKING:
     from conftest import Executive, Site
 
-TIMEOUT = 60.0  # seconds, for what takes less than one
+TIMEOUT = 60.0  # seconds, for actions that take less than one
 
 
 @pytest.fixture(params=["in_a_thread", "while_it_waits"])
 def client(request: pytest.FixtureRequest, shared: Site) -> Iterator[PlannerClient]:
-    """A client whose node is spun in another thread, or by itself while it waits."""
+    """A client whose node is spun in another thread, or by the client while it waits."""
     node = Node("operator", context=shared.context)
     executor = SingleThreadedExecutor(context=shared.context)
     executor.add_node(node)
@@ -52,7 +52,7 @@ def client(request: pytest.FixtureRequest, shared: Site) -> Iterator[PlannerClie
 
 
 def send(executive: Executive, client: PlannerClient, surfaces: SurfaceArray) -> None:
-    """Give the planner surfaces, and wait until it has them."""
+    """Send surfaces to the planner, and wait until it knows them."""
     client.wait_for_planner(TIMEOUT)
     executive.publish(surfaces)
     wanted = {(surface.id, len(surface.holes)) for surface in surfaces.surfaces}
@@ -97,7 +97,7 @@ def test_plan_feedback_result_and_what_is_watched(
     assert client.status is not None
     assert client.status.state == PlannerStatus.VALID
     assert client.status.valid_states == len(result.sequence.states)
-    # Told where the robot is, the planner says so, and goes on from there.
+    # The planner reports the executed state, and replans from there.
     client.executed(result.sequence, 2)
     client.wait_until(lambda: statuses[-1].executed_state == 2, "the executed state", TIMEOUT)
     refused = client.replan(Replan.Request(from_state=1), TIMEOUT).result
@@ -117,7 +117,7 @@ def test_validate_tells_which_states_do_not_hold(
     send(executive, client, ground)
     sequence = client.plan(request_on_ground).result(TIMEOUT).sequence
     assert client.validate().valid
-    # A hole under where the plan ends: the first states hold, the last ones do not.
+    # A hole under the end of the plan: the first states are valid, the last ones are not.
     corners = [(0.9, -1.0), (0.9, 1.0), (3.0, 1.0), (3.0, -1.0)]
     kind = type(ground.surfaces[0].vertices[0])
     ring = PolygonRing(vertices=[kind(x=x, y=y, z=0.0) for x, y in corners])
@@ -148,7 +148,7 @@ def test_cancel_ends_the_search(
     started = time.monotonic()
     assert call.cancel() is True
     result = call.result(TIMEOUT)
-    assert time.monotonic() - started < 20.0  # the request's limit is 30 s
+    assert time.monotonic() - started < 20.0  # the time limit of the request is 30 s
     assert result.result.code == PlanningResult.CANCELLED, result.result.text
 
 
@@ -172,7 +172,7 @@ def test_newer_goal_takes_the_place_of_the_older(
     assert client.status.state == PlannerStatus.PLANNING
     assert second.cancel()
     assert second.result(TIMEOUT).result.code == PlanningResult.CANCELLED
-    # The sequence that was there before still is, and holds.
+    # The earlier sequence is still published and valid.
     client.wait_until(lambda: states[-1:] == [PlannerStatus.VALID], "status VALID", TIMEOUT)
 
 

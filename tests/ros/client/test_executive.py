@@ -1,4 +1,4 @@
-"""The example executive walks Talos over stairs and stones while its surroundings change."""
+"""The example executive executes a plan of Talos over stairs and stones while surfaces change."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NODE = "/rbprm_planner"
 
 @dataclass
 class Heard:
-    """What an onlooker hears, each with when it came."""
+    """The messages that an observer receives, each with its time of arrival."""
 
     surfaces: list[tuple[float, SurfaceArray]] = field(default_factory=list)
     sequences: list[tuple[float, ContactSequence]] = field(default_factory=list)
@@ -34,7 +34,7 @@ class Heard:
 
     @classmethod
     def on(cls, onlooker: Executive) -> Heard:
-        """Hear all from now on."""
+        """Subscribe to all topics."""
         heard = cls()
         for kind, topic, kept, qos in (
             (SurfaceArray, "surfaces", heard.surfaces, STREAM),
@@ -47,17 +47,17 @@ class Heard:
 
 
 def timed(kept: list[Any]) -> Callable[[Any], None]:
-    """A callback that keeps messages and when they came."""
+    """A callback that keeps messages and their times of arrival."""
     return lambda message: kept.append((time.monotonic(), message))
 
 
 def violations(scenario: Scenario, edits: int, sequence: ContactSequence, first: int) -> list[str]:
-    """What the check finds in a sequence from a state on, after so many edits."""
+    """Violations that the check finds in a sequence from a state on, after a number of edits."""
     scene = scenario.scene()
     for k in range(edits):
         scene = scenario.edited(scene, k)
     plan = plan_of_messages(sequence, Path(), polygon_entry(scene, scenario.name))
-    # The way that is left: it begins where the robot is.
+    # The remaining states, from the executed one on.
     rest = plan.states[first:]
     request = plan.request.model_copy(update={"start": rest[0].root})
     left = plan.model_copy(update={"states": rest, "request": request})
@@ -68,7 +68,7 @@ def test_walks_on_with_the_revisions(site: Site) -> None:
     onlooker = site.executive()
     heard = Heard.on(onlooker)
     executive = site.start("executive", "--ros-args", "-p", "rate:=25.0")
-    # The planner last: the executive waits for it, and the onlooker is to miss nothing.
+    # The planner starts last: the executive waits for it, and the observer misses nothing.
     sender = f"{NODE}/surfaces"
     onlooker.spin_until(lambda: onlooker.node.count_publishers(sender) > 0, "executive")
     planner = site.start("planner_node", "--ros-args", "-p", "robot:=talos")
@@ -88,7 +88,7 @@ def test_walks_on_with_the_revisions(site: Site) -> None:
 
     pairs = zip(edits, itertools.pairwise(sequences), strict=True)
     for edit, ((sent, _), (before, after)) in enumerate(pairs):
-        # What is over, and the states up to the first changed one, stay as they were.
+        # Executed states, and the states before the first changed one, stay as they were.
         first = after.first_changed_state
         assert 0 < first < len(after.states)
         assert after.states[:first] == before.states[:first]
@@ -101,7 +101,7 @@ def test_walks_on_with_the_revisions(site: Site) -> None:
         assert invalidated.executed_state < first
         assert violations(scenario, edit + 1, after, invalidated.executed_state) == []
         states = [state for state, _ in itertools.groupby(status.state for _, status in told)]
-        begun = states.index(PlannerStatus.INVALIDATED)  # after VALID, where a step was told first
+        begun = states.index(PlannerStatus.INVALIDATED)  # VALID first, after a reported state
         assert states[:begun] in ([], [PlannerStatus.VALID])
         assert states[begun : begun + 3] == [
             PlannerStatus.INVALIDATED,
@@ -110,10 +110,10 @@ def test_walks_on_with_the_revisions(site: Site) -> None:
         ]
         to_status = next(at for at, s in told if s.state == s.INVALIDATED) - sent
         to_revision = next(at for at, s in heard.sequences if s.revision == after.revision) - sent
-        # Printed, not held to a bar, which a busy machine exceeds: scripts/measure_node.py does.
+        # Printed only, since a busy machine exceeds any limit; see scripts/measure_node.py.
         print(f"edit {edit}: {1e3 * to_status:.0f} ms, revision {1e3 * to_revision:.0f} ms")
 
-    # State by state, through the revisions as they came, up to the last one's end.
+    # State by state through the revisions, up to the end of the last one.
     steps = [(step.revision, step.state) for _, step in heard.executed]
     assert steps == sorted(steps)
     visited = list(dict.fromkeys(state for _, state in steps))
@@ -140,7 +140,7 @@ def test_waits_for_the_surfaces_of_others(site: Site) -> None:
     onlooker = site.executive()
     topic = f"{NODE}/execution_state"
     onlooker.spin_until(lambda: onlooker.node.count_publishers(topic) > 0, "executive")
-    time.sleep(1.0)  # for what must not happen: that it ends, or plans without surfaces
+    time.sleep(1.0)  # in which the executive must neither end nor plan without surfaces
     assert executive.popen.poll() is None, executive.log.read_text()
     assert "plan of" not in executive.log.read_text()
     site.start("publish_surfaces", "flat")

@@ -1,4 +1,4 @@
-"""Messages to core types and back."""
+"""Conversion of messages to core types and back."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ from rbprm_ros.settings import Settings, parse_settings
 from rbprm_ros.workers.jobs import RobotChoice
 
 CORE_DATA = Path(__file__).parents[2] / "core" / "data"
-TURNED = (0.0, 0.0, math.sin(0.3), math.cos(0.3))  # by 0.6 rad about z
+TURNED = (0.0, 0.0, math.sin(0.3), math.cos(0.3))  # 0.6 rad about z
 LIMBS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
 TORSO = ("torso_1_joint", "torso_2_joint")
 SQUARE = ((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (2.0, 2.0, 0.0), (0.0, 2.0, 0.0))
@@ -64,13 +64,13 @@ HOLE = ((0.5, 0.5, 0.0), (1.0, 0.5, 0.0), (1.0, 1.0, 0.0))
 
 
 def across(message):  # type: ignore[no-untyped-def]
-    """A message as it comes out of the wire."""
+    """A message after serialisation and deserialisation."""
     return deserialize_message(serialize_message(message), type(message))
 
 
 @pytest.fixture
 def plan() -> ContactPlan:
-    """A plan of one state, every field with a value of its own."""
+    """A plan with one state and a different value in every field."""
     pose = Pose(position=(1.0, 2.0, 3.0), orientation=TURNED)
     contact = ContactEntry(
         limb="lf_leg", frame="lf_foot", frame_offset=pose, type="planar", position=(4.0, 5.0, 6.0),

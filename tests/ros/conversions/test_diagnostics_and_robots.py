@@ -1,4 +1,4 @@
-"""Diagnostics of plain data, and the list of robots."""
+"""Messages of diagnostics, and the list of robots."""
 
 from __future__ import annotations
 

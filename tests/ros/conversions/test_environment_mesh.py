@@ -1,4 +1,4 @@
-"""Environments out of mesh files, and the whole environment as a message."""
+"""Environments from mesh files, and the whole environment as a message."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SETTINGS = Settings()
 
 @pytest.fixture
 def block(tmp_path: Path) -> str:
-    """File of a box: 2 m by 1 m, 0.2 m high, about the origin."""
+    """Mesh file of a box about the origin: 2 m by 1 m, 0.2 m high."""
     file = tmp_path / "block.stl"
     trimesh.creation.box((2.0, 1.0, 0.2)).export(file)
     return str(file)

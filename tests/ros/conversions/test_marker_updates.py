@@ -1,4 +1,4 @@
-"""Triangle lists of marker arrays: from messages to the environment, without a node."""
+"""Triangle lists in marker arrays, from messages to the environment, without a node."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def box(identity: int = 0, namespace: str = "seen", **changes: Any) -> Marker:
 
 
 def sent(environment: Environment, markers: Sequence[Marker]) -> Environment:
-    """The environment after a message came over the wire."""
+    """The environment after a serialised message."""
     message = deserialize_message(serialize_message(MarkerArray(markers=markers)), MarkerArray)
     environment.update(update_of_markers(message, Settings()), Settings())
     return environment
@@ -45,12 +45,12 @@ def sent(environment: Environment, markers: Sequence[Marker]) -> Environment:
 
 @pytest.fixture
 def environment() -> Environment:
-    """Two boxes, in namespaces of their own."""
+    """Two boxes in two namespaces."""
     return sent(Environment(), [box(0, "a"), box(0, "b")])
 
 
 def roots(environment: Environment) -> set[str]:
-    """Markers that surfaces are left of."""
+    """Markers of which surfaces remain."""
     return {surface.id.rpartition("/")[0] for surface in environment.snapshot.surfaces}
 
 
@@ -60,7 +60,7 @@ def test_facets_are_those_of_a_mesh() -> None:
     contacts = [f for f in facets if f.kind is not SurfaceKind.OTHER]
     assert [s.id for s in snapshot.surfaces] == [f"seen/0/{f.id}" for f in contacts]
     assert [s.kind for s in snapshot.surfaces] == [f.kind for f in contacts]
-    assert len(contacts) == 5  # a top, four walls
+    assert len(contacts) == 5  # the top and four walls
     (bottom,) = snapshot.obstacles
     assert bottom.id == "seen/0"
     assert bottom.triangles.shape == (2, 3, 3)
@@ -105,7 +105,7 @@ def test_delete(environment: Environment) -> None:
     sent(environment, [Marker(ns="a", id=0, action=Marker.DELETE)])
     assert roots(environment) == {"b/0"}
     version = environment.version
-    sent(environment, [Marker(ns="a", id=0, action=Marker.DELETE)])  # no more there
+    sent(environment, [Marker(ns="a", id=0, action=Marker.DELETE)])  # it is not there any more
     assert environment.version == version
 
 

@@ -1,4 +1,4 @@
-"""What RViz is shown."""
+"""Markers for RViz."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ MAX_BYTES = 1_000_000
 
 @pytest.fixture
 def snapshot() -> Snapshot:
-    """A square and a triangle that is an obstacle."""
+    """A square surface and a triangular obstacle."""
     square = ((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (2.0, 2.0, 0.0), (0.0, 2.0, 0.0))
     obstacle = Obstacle("o", np.array([[[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]]]))
     update = SurfaceUpdate((SurfaceEntry(id="a", vertices=square),), obstacles=(obstacle,))
@@ -45,7 +45,7 @@ def snapshot() -> Snapshot:
 
 
 def walk(states: int, points: int = 1) -> ContactPlan:
-    """A plan in which HyQ's left front foot moves at each state, the right front one never."""
+    """A plan in which HyQ's left front foot moves in each state, and the right front one never."""
     description = load_description("hyq")
     robot = Robot.load(description)
     effectors = {limb.name: limb.effector for limb in robot.limbs}
@@ -134,7 +134,7 @@ def test_silhouettes_stand_where_the_states_are(snapshot: Snapshot) -> None:
     assert len({marker.id for marker in robots}) == SILHOUETTES
     first, last = (np.array([[p.x, p.y, p.z] for p in robots[i].points]) for i in (0, -1))
     bones = len(first) // 2
-    assert bones == 12 + 2  # one to each joint, one to each contact
+    assert bones == 12 + 2  # one line to each joint and each contact
     assert (last - first)[: 2 * 12] == pytest.approx(np.tile([1.9, 0.0, 0.0], (24, 1)))
     assert first[:, 2].max() == pytest.approx(0.6, abs=0.1)
     assert first[:, 2].min() == pytest.approx(0.0, abs=0.1)

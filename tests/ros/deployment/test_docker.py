@@ -1,6 +1,6 @@
-"""What the container files name is there, and the entry point does what they count on.
+"""The names in the container files exist, and the entry point does what the files expect.
 
-No image is built here; the entry point runs on the built workspace.
+No image is built here; the entry point runs in the built workspace.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ WORKSPACE = Path(get_package_prefix("rbprm_ros")).parent
 EXECUTABLES = {path.name for path in (WORKSPACE / "rbprm_ros" / "lib" / "rbprm_ros").iterdir()}
 TALOS = Path(get_package_share_directory("rbprm_ros")) / "config" / "talos.yaml"
 VARIABLE = re.compile(r"\$\{(\w+):-([^}]*)\}")
-TIMEOUT = 150.0  # seconds; robot data may have to be computed
+TIMEOUT = 150.0  # seconds; the robot's data may have to be computed first
 
 
 def composed() -> dict[str, Any]:
-    """The compose file where no variable is set."""
+    """The compose file without variables set."""
     text = VARIABLE.sub(r"\2", (DOCKER / "compose.yaml").read_text()).replace("$$", "$")
     parsed: dict[str, Any] = yaml.safe_load(text)
     return parsed
 
 
 class Containers:
-    """Commands run by the entry point, as in containers; without the containers."""
+    """Commands run by the entry point as in containers, but without containers."""
 
     def __init__(self, site: Site) -> None:
         self._site = site
@@ -68,11 +68,11 @@ class Containers:
         return popen
 
     def log(self, popen: subprocess.Popen[bytes]) -> str:
-        """What a command has written."""
+        """The output of a command."""
         return next(log.read_text() for other, log in self._running if other is popen)
 
     def wait_for(self, text: str, popen: subprocess.Popen[bytes]) -> None:
-        """Wait until a command has written a text."""
+        """Wait until a text is in the output of a command."""
         end = time.monotonic() + TIMEOUT
         while text not in self.log(popen):
             assert popen.poll() is None, self.log(popen)
@@ -80,7 +80,7 @@ class Containers:
             time.sleep(0.1)
 
     def close(self) -> None:
-        """Leave nothing behind."""
+        """End all commands."""
         for popen, _ in self._running:
             popen.terminate()
         for popen, _ in self._running:
@@ -89,7 +89,7 @@ class Containers:
 
 @pytest.fixture
 def containers(site: Site) -> Iterator[Containers]:
-    """Runs commands by the entry point, on a domain of the test's own."""
+    """Runs commands by the entry point in a domain for one test."""
     made = Containers(site)
     yield made
     made.close()
@@ -149,7 +149,7 @@ def test_health_is_that_of_the_planner(containers: Containers) -> None:
     assert containers.start(*asked).wait(60.0) == 1
     planner = containers.start("planner_node", RBPRM_ROBOT="anymal")
     containers.wait_for("up; frame", planner)
-    # As in the file; the machine may be busier than a robot's.
+    # As in the file, with more time for a busy machine.
     assert containers.start("check_health", "--ros-args", "-p", "timeout:=20.0").wait(60.0) == 0
     containers.wait_for("anymal: robot data", planner)
 

@@ -1,4 +1,4 @@
-"""A DDS peer of another make, in an environment without ROS, understands the latched sequence."""
+"""A DDS peer of another vendor, in an environment without ROS, receives the latched sequence."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from conftest import Executive, Site
 
 ROOT = Path(__file__).parents[3]
-WITHOUT_ROS = ROOT / ".venv" / "peer" / "bin" / "python"  # made by set-up
+WITHOUT_ROS = ROOT / ".venv" / "peer" / "bin" / "python"  # made by `make test`
 LISTEN = ROOT / "examples" / "foreign_peer" / "listen.py"
 
 
 def listen(domain: int, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run the example with nothing of this environment."""
+    """Run the example without this environment's variables."""
     command = [WITHOUT_ROS, LISTEN, "--localhost", f"--domain={domain}", *arguments]
     return subprocess.run(command, env={}, capture_output=True, text=True, timeout=120, check=False)
 
@@ -56,7 +56,7 @@ def test_latched_sequence_is_decoded(
 
 
 def test_no_sequence_is_said(site: Site) -> None:
-    """Nobody publishes here: what came in the test above came from the planner's domain."""
+    """Nothing is published here: the messages in the test above came from the planner's domain."""
     done = listen(site.domain, "--timeout=1")
     assert done.returncode == 1
     assert "no sequence on /rbprm_planner/contact_sequence within 1 s" in done.stderr

@@ -1,7 +1,7 @@
-"""The launch files and RViz's configuration against what they start and show.
+"""The names in the launch files and in RViz's configuration exist.
 
-PyPI has neither launch nor RViz (docs/deployment.md): what the files name is looked up in their
-syntax trees, and those of their functions that need no launch are run.
+PyPI has neither launch nor RViz (docs/deployment.md): names are searched in the syntax trees of the
+files, and functions that do not need launch are called.
 """
 
 from __future__ import annotations
@@ -31,23 +31,23 @@ PLANNER, DEMO = (PACKAGE / "launch" / f"{name}.launch.py" for name in ("planner"
 SHARE = Path(get_package_share_directory("rbprm_ros"))
 EXECUTABLES = Path(get_package_prefix("rbprm_ros")) / "lib" / "rbprm_ros"
 NOTHING = {"robot": "", "params_file": "", "autostart": "", "use_sim_time": ""}
-LATCHED = ("Transient Local", "Reliable")  # in RViz's words
+LATCHED = ("Transient Local", "Reliable")  # in the words of RViz
 FROM_PYPI = {
     "pinocchio",
     "pydantic",
     "rosbags",
     "shapely",
     "scipy",
-}  # no packages of ROS (docs/deployment.md)
+}  # not packages of ROS (docs/deployment.md)
 
 
 def tree(file: Path) -> ast.Module:
-    """The syntax of a file."""
+    """The syntax tree of a file."""
     return ast.parse(file.read_text())
 
 
 def dictionary(file: Path, name: str) -> dict[str, Any]:
-    """A dictionary that a file sets; values that are computed are None."""
+    """A dictionary that a file defines; computed values are None."""
     (found,) = (
         node.value
         for node in tree(file).body
@@ -66,14 +66,14 @@ def constant(node: ast.expr) -> Any:
 
 
 def keywords(file: Path, name: str) -> Iterator[Any]:
-    """What the calls in a file give for a keyword, where it is a constant."""
+    """The constants that calls in a file pass for a keyword."""
     for node in ast.walk(tree(file)):
         if isinstance(node, ast.keyword) and node.arg == name:
             yield constant(node.value)
 
 
 def functions(*names: str) -> dict[str, Callable[..., Any]]:
-    """Functions of the planner's launch file, made without launch."""
+    """Functions of the planner's launch file, compiled without launch."""
     body = [n for n in tree(PLANNER).body if isinstance(n, ast.FunctionDef) and n.name in names]
     made: dict[str, Any] = {"Path": Path, "CONFIG": SHARE / "config", "NAME": "rbprm_planner"}
     exec(compile(ast.Module(body, []), PLANNER, "exec"), made)
@@ -149,7 +149,7 @@ def test_rviz_shows_what_the_planner_publishes(site: Site) -> None:
     for kind, topic in shown.items():
         (publisher,) = publishers(executive, topic["Value"])
         assert publisher.topic_type == kinds[kind]
-        # What RViz asks for is what the planner offers, or it sees nothing of what is latched.
+        # RViz must request what the planner offers, or it gets no latched messages.
         offered = publisher.qos_profile
         assert (topic["Durability Policy"], topic["Reliability Policy"]) == LATCHED
         assert (offered.durability, offered.reliability) == (
@@ -160,7 +160,7 @@ def test_rviz_shows_what_the_planner_publishes(site: Site) -> None:
 
 
 def publishers(executive: Executive, topic: str) -> list[Any]:
-    """Who publishes on a topic, once somebody does."""
+    """The publishers of a topic, as soon as there are some."""
     look = executive.node.get_publishers_info_by_topic
     executive.spin_until(lambda: len(look(topic)) > 0, f"publisher of {topic}")
     return list(look(topic))
@@ -181,5 +181,5 @@ def test_package_names_what_it_imports() -> None:
 
 
 def names_of(node: ast.Import) -> list[str]:
-    """The modules of an import."""
+    """The modules of an import statement."""
     return [alias.name for alias in node.names]

@@ -1,9 +1,9 @@
-"""DDS security: a node that is told to be secured never comes up open.
+"""DDS security: a node that is to be secured never starts without security.
 
 The Fast DDS of the wheels is built without security (docs/security.md), so that nothing can be
-authenticated here. What a user of the wheels has to be sure of is tested: no planner rather than
-one that anybody can call. Where this fails because a planner came up, the wheels have got security:
-then test that a participant without a certificate gets nothing.
+authenticated here. This tests what users of the wheels rely on: the planner does not start, rather
+than starting open to all participants. Where the test fails because a planner started, the wheels
+have security: then test that a participant without a certificate gets nothing.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ FILES = (
 
 @pytest.fixture
 def keystore(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A keystore, set in the environment. Its files are empty: they are looked for, not read."""
+    """A keystore, named in the environment; its files are empty, since they are not read."""
     enclave = tmp_path / "keystore" / "enclaves" / "planner"
     enclave.mkdir(parents=True)
     for name in FILES:

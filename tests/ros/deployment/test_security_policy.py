@@ -1,7 +1,7 @@
-"""The SROS 2 policy against what the nodes really have in the ROS graph.
+"""The SROS 2 policy allows everything that the nodes have in the ROS graph.
 
-Nothing is encrypted here (docs/security.md). The commands are those of the document; each node may
-have nothing that the profile of its enclave does not allow, or it would not come up secured.
+Nothing is encrypted here (docs/security.md). The commands are those of the document. A node with an
+entity that the profile of its enclave does not allow would not start with security.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ POLICY = ElementTree.parse(ROOT / "examples" / "security" / "policy.xml").getroo
 DOCUMENT = ROOT / "docs" / "security.md"
 PLANNER = "/rbprm_planner/"
 
-# Of sros2's policy.xsd: what may be in an element, and the attributes that it has.
+# From sros2's policy.xsd: child elements and attributes of each element.
 CHILDREN = {
     "policy": {"enclaves"},
     "enclaves": {"enclave"},
@@ -42,30 +42,30 @@ RULES = {
     "services": {"request", "reply"},
     "actions": {"call", "execute"},
 }
-# What an action is made of, and the rights of who calls and who executes it (sros2's
+# Services and topics of an action, and the rights of its client and server (sros2's
 # permissions.xsl).
 ACTION_SERVICES = ("send_goal", "cancel_goal", "get_result")
 ACTION_TOPICS = ("feedback", "status")
 OF_ACTIONS = {"call": ("request", "subscribe"), "execute": ("reply", "publish")}
 
-# What the process of each enclave logs when it does what it is for: the executive, when it walks.
+# Text that the process of each enclave logs when it works; the executive, when it executes.
 UP = {"/planner": "is ready", "/perception": "surfaces on", "/executive": "plan of"}
 
-LOG_LEVEL = ("--log-level", "rbprm_planner:=debug")  # it logs what it takes in
+LOG_LEVEL = ("--log-level", "rbprm_planner:=debug")  # it logs accepted surfaces
 
-RESTING = 10  # looks at the graph, a tenth of a second apart, in which nothing changes
+RESTING = 10  # equal snapshots of the graph, 0.1 s apart, after which it counts as settled
 TIMEOUT = 150.0  # seconds
 
 Rights = dict[str, set[str]]  # names by "publish", "subscribe", "request" and "reply"
 
 
 def no_rights() -> Rights:
-    """Nothing is allowed, or had."""
+    """Empty rights, or no entities."""
     return {right: set() for right in ("publish", "subscribe", "request", "reply")}
 
 
 def expanded(name: str, profile: ElementTree.Element) -> str:
-    """A name of the policy, as sros2 reads it."""
+    """A name of the policy, as sros2 expands it."""
     namespace = profile.get("ns", "").rstrip("/")
     if name.startswith("~"):
         return f"{namespace}/{profile.get('node')}{name[1:]}"
@@ -73,7 +73,7 @@ def expanded(name: str, profile: ElementTree.Element) -> str:
 
 
 def allowed(profile: ElementTree.Element) -> Rights:
-    """The rights of a profile; an action's are those to its services and topics."""
+    """The rights of a profile; those of an action are rights to its services and topics."""
     rights = no_rights()
     for rules in profile:
         names = [expanded(str(entry.text), profile) for entry in rules]
@@ -96,13 +96,13 @@ ALLOWED = {enclave: allowed(profile) for enclave, profile in PROFILES.items()}
 
 
 def commands() -> dict[str, list[str]]:
-    """Executable and arguments of each enclave's process, as the document starts them."""
+    """Executable and arguments of each enclave's process, from the document."""
     found = re.findall(r"^ +ros2 run rbprm_ros (.*--enclave (\S+).*)$", DOCUMENT.read_text(), re.M)
     return {enclave: shlex.split(command) for command, enclave in found}
 
 
 def had(looker: Node, enclave: str) -> Rights:
-    """What the node of an enclave's profile has in the ROS graph; nothing where it is not found."""
+    """The entities of an enclave's node in the ROS graph; none where the node is not found."""
     profile = PROFILES[enclave]
     name, namespace = str(profile.get("node")), str(profile.get("ns"))
     if (name, namespace) not in looker.get_node_names_and_namespaces():
@@ -117,7 +117,7 @@ def had(looker: Node, enclave: str) -> Rights:
 
 
 def excess(looker: Node, enclave: str) -> Rights:
-    """What a node has and may not have, where it has anything; once the graph is at rest."""
+    """The entities of a node that its profile does not allow, once the graph has settled."""
     looks = [had(looker, enclave)]
     end = time.monotonic() + TIMEOUT
     while not looks[-1]["reply"] or looks[-RESTING:] != [looks[-1]] * RESTING:
@@ -129,7 +129,7 @@ def excess(looker: Node, enclave: str) -> Rights:
 
 
 def wait_for(text: str, process: Process) -> None:
-    """Wait until a process logs a text; robot data may have to be computed before."""
+    """Wait until a process logs a text; the robot's data may have to be computed first."""
     end = time.monotonic() + TIMEOUT
     while text not in process.log.read_text():
         assert process.popen.poll() is None, process.log.read_text()
@@ -139,7 +139,7 @@ def wait_for(text: str, process: Process) -> None:
 
 @pytest.fixture
 def looker(site: Site) -> Iterator[Node]:
-    """A node that looks at the ROS graph."""
+    """A node that observes the ROS graph."""
     made = Node("looker", context=site.context)
     yield made
     made.destroy_node()
@@ -184,11 +184,11 @@ def test_nodes_as_the_document_starts_them_have_what_they_may(site: Site, looker
         running[enclave] = site.start(*command, *LOG_LEVEL)
         wait_for(UP[enclave], running[enclave])
         if enclave == "/perception":
-            wait_for("surfaces 1:", running["/planner"])  # what the executive plans on
+            wait_for("surfaces 1:", running["/planner"])  # for the executive's plan
     assert {enclave: excess(looker, enclave) for enclave in UP} == {enclave: {} for enclave in UP}
 
 
 def test_an_executive_that_plays_perception_has_more_than_it_may(site: Site, looker: Node) -> None:
-    """Why the document switches it off; and that the comparison sees it."""
+    """The reason why the document disables it; this also tests the comparison."""
     site.start("executive")
     assert excess(looker, "/executive") == {"publish": {f"{PLANNER}surfaces"}}

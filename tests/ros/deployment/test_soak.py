@@ -1,7 +1,7 @@
-"""Half a minute of what `scripts/measure_node.py` measures for ten: nothing is lost, nothing grows.
+"""Half a minute of the soak test of `scripts/measure_node.py`: nothing is lost, nothing grows.
 
-Its helpers are used as they are, on a domain of the test's own. No times are asked for: the machine
-may be busy.
+Its helpers are used in a domain for this test. No times are compared, since the machine may be
+busy.
 """
 
 from __future__ import annotations
@@ -23,27 +23,28 @@ if TYPE_CHECKING:
     from conftest import Site
 
 SCRIPTS = Path(__file__).resolve().parents[3] / "scripts"
-WARM_UP = 5.0  # seconds in which buffers, caches and heaps find their size
+WARM_UP = 5.0  # seconds until buffers, caches and heaps have their size
 SECONDS = 20.0
 SAMPLING = 0.25  # seconds
-MAX_GROWTH = 0.1  # megabytes a second; 0.02 was seen
+MAX_GROWTH = 0.1  # megabytes a second; 0.02 was measured
 FAULTS = {PlanningResult.INTERNAL, PlanningResult.INVALID_INPUT, PlanningResult.WORKER_LOST}
 
 
 @pytest.fixture
 def measure(site: Site, monkeypatch: pytest.MonkeyPatch) -> Any:
-    """The module `measure_node`; its planners are in the domain of `site`."""
+    """The module `measure_node`, whose planners are in the domain of `site`."""
     monkeypatch.setenv("ROS_DOMAIN_ID", str(site.domain))
     monkeypatch.syspath_prepend(str(SCRIPTS))
     return importlib.import_module("measure_node")
 
 
 class Memory:
-    """Resident memory of some processes over time, sampled in a thread of its own."""
+    """Resident memory of processes over time, sampled in a thread."""
 
-    def __init__(self, measure: Any, ids: dict[str, int]) -> None:
+    def __init__(self, ids: dict[str, int]) -> None:
         self.samples: dict[str, list[float]] = {name: [] for name in ids}
-        self._resident, self._ids, self._end = measure.resident, ids, threading.Event()
+        self._resident = importlib.import_module("node_soak").resident
+        self._ids, self._end = ids, threading.Event()
         self._thread = threading.Thread(target=self._sample)
 
     def __enter__(self) -> Memory:
@@ -60,9 +61,9 @@ class Memory:
                 self.samples[name].append(self._resident(pid))
 
     def growth(self) -> dict[str, float]:
-        """Megabytes a second that the processes grow by in each third of the time, at least.
+        """Minimum growth of the processes over the thirds of the time, megabytes a second.
 
-        A leak grows in all of them; a heap that takes a few megabytes at once, in one.
+        A leak grows in all thirds; a heap that grows once by a few megabytes, in one.
         """
         return {
             name: min(slope(third) for third in np.array_split(rows, 3))
@@ -71,23 +72,23 @@ class Memory:
 
 
 def slope(rows: Any) -> float:
-    """Growth a second, by a line through samples."""
+    """Growth a second: the slope of a line through samples."""
     return float(np.polyfit(SAMPLING * np.arange(len(rows)), rows, 1)[0])
 
 
 def test_soak(measure: Any) -> None:
     surfaces = measure.field(measure.COLUMNS)
     with measure.planner() as session:
-        session.see(lambda: session.send(*surfaces.values(), is_diff=False))
+        session.publish_environment(lambda: session.send(*surfaces.values(), is_diff=False))
         session.plan(measure.way(measure.GOAL))
         service = session.node.create_client(Plan, f"{session.name}/plan", qos_profile=CALLS)
         reach(session, service)
         answers = measure.count_answers(service)
         calls = soaked(measure, session, surfaces, service, WARM_UP)
         ids = {"node": session.process.pid, **session.workers()}
-        with Memory(measure, ids) as memory:
+        with Memory(ids) as memory:
             calls += soaked(measure, session, surfaces, service, SECONDS)
-        assert {"node": session.process.pid, **session.workers()} == ids  # none was lost on the way
+        assert {"node": session.process.pid, **session.workers()} == ids  # none was lost
         session.wait_for_environment()
         assert session.client.environment().environment_version == session.version
     assert len(answers) == len(calls), "a call was not answered"
@@ -115,7 +116,7 @@ def reach(session: Any, service: Any) -> None:
 
 
 def soaked(measure: Any, session: Any, surfaces: Any, service: Any, seconds: float) -> list[Any]:
-    """Edit at 10 Hz and ask for plans one after another; returns the calls."""
+    """Edit at 10 Hz and request plans one after another; returns the calls."""
     options = argparse.Namespace(minutes=seconds / 60.0, rate=10.0, period=0.0)
     calls: list[Any] = measure.soak(session, surfaces, service, options)[0]
     return calls
@@ -124,7 +125,7 @@ def soaked(measure: Any, session: Any, surfaces: Any, service: Any, seconds: flo
 def test_surfaces_under_load(measure: Any) -> None:
     surfaces = measure.field(measure.COLUMNS)
     with measure.planner(parameters=measure.ENDLESS) as session:
-        session.see(lambda: session.send(*surfaces.values(), is_diff=False))
+        session.publish_environment(lambda: session.send(*surfaces.values(), is_diff=False))
         call = session.search(measure.TIMEOUT)
         sent, _ = measure.stream(session, 30.0, 3.0)
         session.wait_for_environment()

@@ -110,7 +110,7 @@ def test_refused_as_a_whole(environment: Environment, update: SurfaceUpdate, fie
 
 
 def test_snapshot_crosses_processes(environment: Environment) -> None:
-    environment.snapshot.scene().shape  # noqa: B018, a collision mesh, which could not cross
+    environment.snapshot.scene().shape  # noqa: B018, makes a collision mesh, which cannot be pickled
     copy = pickle.loads(pickle.dumps(environment.snapshot))
     assert [surface.id for surface in copy.scene().surfaces] == ["a", "b"]
 
@@ -234,7 +234,7 @@ def test_surfaces_made_together_are_those_made_one_by_one() -> None:
 
 
 def _polygon(identity: str, corners: int, rng: np.random.Generator) -> SurfaceEntry:
-    """A polygon somewhere, turned; every third concave."""
+    """A polygon with a random position and orientation; every third one is concave."""
     angles = np.sort(rng.uniform(0, 1, corners)) + np.arange(corners)
     angles *= 2 * np.pi / corners
     reach = rng.uniform(0.2, 1.0, corners) if rng.integers(3) == 0 else np.ones(corners)

@@ -1,4 +1,4 @@
-"""Snapshots of the environment by what differs between them."""
+"""Differences between snapshots of the environment."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ from rbprm_ros.environment.updates import SurfaceUpdate
 from rbprm_ros.settings import Settings
 
 NAMES = st.sampled_from("abcdef")
-PARTS = st.dictionaries(NAMES, st.integers(0, 2), max_size=6)  # what there is, and its size
+PARTS = st.dictionaries(NAMES, st.integers(0, 2), max_size=6)
+"""Sizes of surfaces and obstacles by name."""
 
 
 def snapshot_of(environment: Environment, parts: dict[str, int]) -> Snapshot:
-    """The environment with surfaces and obstacles, and no others."""
+    """The environment with exactly the given surfaces and obstacles."""
     entries, obstacles = [], []
     for name, size in parts.items():
         corners = ((0, 0, 0), (1 + size, 0, 0), (1 + size, 1, 0), (0, 1, 0))

@@ -1,4 +1,4 @@
-"""Updates come in one after the other, also where a large mesh among them is searched for long."""
+"""Updates are accepted in their order, even where a large mesh among them takes long to search."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SQUARE = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0))
 
 
 class Given:
-    """An intake, the executor that it works in, and the versions that it told of."""
+    """An update queue, its executor, and the versions that it reported."""
 
     def __init__(self, executor: SingleThreadedExecutor) -> None:
         self.environment, self.executor = Environment(), executor
@@ -58,7 +58,7 @@ def surface(name: str) -> SurfaceUpdate:
 
 
 def terrain(name: str, cells: int) -> SurfaceUpdate:
-    """Rough ground of two triangles a cell, nearly all of them facets of their own."""
+    """Rough ground with two triangles a cell, nearly all of which are separate facets."""
     z = np.random.default_rng(0).uniform(0, 0.02, (cells + 1, cells + 1))
     x, y = np.meshgrid(np.arange(cells + 1) * 0.2, np.arange(cells + 1) * 0.2, indexing="ij")
     grid = np.stack([x, y, z], axis=2)
@@ -83,7 +83,7 @@ def test_a_large_mesh_holds_up_what_comes_after_it_and_nothing_else(given: Given
     ticks = []
     timed = given.executor.create_task(lambda: ticks.append(given.environment.version))
     given.spin_until(timed.done)
-    assert ticks == [0]  # other callbacks are served meanwhile
+    assert ticks == [0]  # other callbacks run meanwhile
     assert not large.done()
     settled = given.executor.create_task(given.queue.settled())
     given.spin_until(settled.done)
@@ -91,7 +91,7 @@ def test_a_large_mesh_holds_up_what_comes_after_it_and_nothing_else(given: Given
     assert after.done()
     assert len(given.ids) > 1600
     assert given.told == [1, 2]
-    assert given.queue.add(terrain("large", 30)).done()  # it is known
+    assert given.queue.add(terrain("large", 30)).done()  # it is known already
     assert given.told == [1, 2]
 
 
@@ -109,7 +109,7 @@ def test_what_was_waiting_when_all_was_forgotten_does_not_come_back(given: Given
     for pending in (large, after):
         assert isinstance(pending.exception(), Cancelled)
     assert given.queue.add(surface("new")).done()
-    for _ in range(50):  # until the search is over
+    for _ in range(50):  # until the search has ended
         given.executor.spin_once(0.02)
     assert given.ids == {"new"}
 
@@ -117,7 +117,7 @@ def test_what_was_waiting_when_all_was_forgotten_does_not_come_back(given: Given
 def test_a_fault_is_told_and_lets_the_next_pass(
     given: Given, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Who waits for an update hears of what nobody foresaw, in a large mesh and in a small one."""
+    """Unforeseen errors reach the callers that wait, for large and for small meshes."""
 
     def fail(*_: object) -> None:
         raise MemoryError("no room")

@@ -1,4 +1,4 @@
-"""What cannot be used is answered with an error that names the field; the node stays up."""
+"""Invalid input is answered with an error that names the field; the node keeps running."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NAN, INF = math.nan, math.inf
 
 
 def put(path: str, value: object) -> Callable[[object], None]:
-    """Sets a field, given by its dotted path, of a message."""
+    """Sets the field of a message that a dotted path names."""
 
     def spoil(message: object) -> None:
         *parents, last = path.split(".")
@@ -229,5 +229,5 @@ def test_calls_beyond_those_that_may_wait_are_refused_at_once(
     assert "3 calls of ~/plan wait already" in refused[0].text
     others = [executive.answer(call).result.code for call in calls]
     assert others.count(PlanningResult.TIME_LIMIT) == 3
-    # Room is there again, and was all the time for calls of other services.
+    # Calls are accepted again, as calls of other services were all the time.
     assert executive.call(request_over_gap).result.code == PlanningResult.TIME_LIMIT

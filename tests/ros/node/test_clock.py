@@ -1,4 +1,4 @@
-"""Time limits and periods are of a clock that no one sets; the ROS clock gives stamps only."""
+"""Time limits and periods use the monotonic clock; the ROS clock gives stamps only."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from rbprm_ros.rclpy_utils.qos import CALLS
 if TYPE_CHECKING:
     from conftest import Executive, Site
 
-JUMPS = (1000, 0, 2_000_000_000, 5, 1_000_000, 3)  # seconds that the clock says, again and again
+JUMPS = (1000, 0, 2_000_000_000, 5, 1_000_000, 3)  # seconds of the clock, repeated
 TICK = 0.01  # seconds between two of them
-STOP_TIME = 15.0  # seconds that an end on a signal may take on a busy machine
+STOP_TIME = 15.0  # seconds for the end after a signal on a busy machine
 
 
 @pytest.fixture
 def simulated(site: Site) -> Executive:
-    """A client of a planner on simulated time, which nobody publishes yet."""
+    """A client of a planner with simulated time that is not published yet."""
     site.planner("--ros-args", "-p", "use_sim_time:=true")
     executive = site.executive()
     executive.listen()
@@ -50,14 +50,14 @@ def jumping(simulated: Executive) -> Executive:
 
 
 def show(executive: Executive, surfaces: SurfaceArray) -> None:
-    """Publish surfaces, and wait until the planner has them."""
+    """Publish surfaces, and wait until the planner knows them."""
     wanted = {surface.id for surface in surfaces.surfaces}
     executive.publish(surfaces)
     executive.spin_until(lambda: executive.known() == wanted, "the surfaces")
 
 
 def goal_until_its_limit(executive: Executive, request: Plan.Request) -> list[float]:
-    """Have the planner search for a second; returns the times that the feedback told."""
+    """Let the planner search for a second; returns the times in its feedback."""
     client = ActionClient(executive.node, PlanContacts, "/rbprm_planner/plan_contacts")
     executive.reach(client, client.server_is_ready, "the action")
     request.time_limit = 1.0
@@ -83,7 +83,7 @@ def wait_for_state(executive: Executive, state: int) -> PlannerStatus:
 
 
 def plan_and_replan(executive: Executive, request: Plan.Request, ground: SurfaceArray) -> None:
-    """Have the planner plan, and mend what it planned when a surface changes."""
+    """Let the planner plan, and replan when a surface changes."""
     request.time_limit, request.goal.pose.position.x = 0.0, 1.0
     show(executive, ground)
     answer = executive.call(request)
@@ -130,7 +130,7 @@ def test_clock_that_jumps(
     times = goal_until_its_limit(jumping, request_over_gap)
     assert times == sorted(times)
     assert 0.5 < times[-1] < 1.5
-    # What comes later is newer, whatever its stamp says.
+    # Later messages are newer, whatever their stamps.
     gap.header.stamp.sec, ground.header.stamp.sec = 2_000_000_000, 1
     show(jumping, gap)
     plan_and_replan(jumping, request_over_gap, ground)

@@ -49,7 +49,7 @@ def request_of(scenario: Scenario) -> Plan.Request:
 
 
 def require_valid(scenario: Scenario, answer: Any) -> ContactPlan:
-    """The plan of an answer; fails where the check finds anything in it."""
+    """The plan of an answer; fails where the check finds violations."""
     assert answer.result.code == PlanningResult.SUCCESS, answer.result.text
     environment = scenario.environment_entry()
     plan = plan_of_messages(answer.sequence, answer.guide, environment, answer.statistics)
@@ -59,7 +59,7 @@ def require_valid(scenario: Scenario, answer: Any) -> ContactPlan:
 
 
 def test_hand_regrasps_a_pen_without_gravity(site: Site) -> None:
-    """Plan, replan and the watch all know of gravity and grip."""
+    """Plan, replan and validation all use gravity and grip force of the request."""
     scenario, executive = load_scenario("pen"), site.executive()
     site.planner("--ros-args", "--params-file", str(CONFIG / "allegro.yaml"))
     executive.give(surfaces_of(scenario))
@@ -70,7 +70,7 @@ def test_hand_regrasps_a_pen_without_gravity(site: Site) -> None:
     assert (plan.request.gravity, plan.request.grip_force) == ((0.0, 0.0, 0.0), 20.0)
     assert min(state.robustness for state in plan.states) > 0
     assert executive.ask(Validate, "validate", Validate.Request()).valid
-    # The same as a sequence that somebody sends: its own threshold and grip count.
+    # The same for a sequence in a call: its own threshold and grip force are used.
     answer.sequence.robustness_threshold = 0.999 * answer.statistics.min_robustness
     sent = Validate.Request(sequence=answer.sequence)
     assert executive.ask(Validate, "validate", sent).valid
@@ -82,7 +82,7 @@ def test_hand_regrasps_a_pen_without_gravity(site: Site) -> None:
 
 
 def test_torso_is_planned_with_the_root_and_goal_limbs_are_told(site: Site) -> None:
-    """Talos round a wall: the way is searched, with a torso that turns."""
+    """Talos round a wall: the guide path is searched with joints of the torso."""
     site.start("planner_node", "--ros-args", "-p", "robot:=talos")
     executive = site.executive()
     executive.give(SurfaceArray(surfaces=[square("ground", 5.0), WALL]))
@@ -90,7 +90,7 @@ def test_torso_is_planned_with_the_root_and_goal_limbs_are_told(site: Site) -> N
     request.goal = stamped(2.0)
     request.start.pose.position.z = request.goal.pose.position.z = 1.0
     request.required_limbs = request.start_limbs = ["left_leg", "right_leg"]
-    request.goal_limbs = ["left_leg", "right_arm"]  # and there is nothing for a hand
+    request.goal_limbs = ["left_leg", "right_arm"]  # and no surface for a hand
     answer = executive.call(request, timeout=120.0)
     assert answer.result.code == PlanningResult.SUCCESS, answer.result.text
     assert torso_turns(answer.sequence)
@@ -101,7 +101,7 @@ def test_torso_is_planned_with_the_root_and_goal_limbs_are_told(site: Site) -> N
     report = check_plan(plan)
     assert report.valid, [str(violation) for violation in report.violations[:5]]
     assert report.goal_missing == ("right_arm",)
-    # The watch and a replan take the torso along, too; other limbs may be asked for.
+    # Validation and replans include the torso too; other limbs may be requested.
     assert executive.ask(Validate, "validate", Validate.Request()).valid
     replan = Replan.Request(from_state=2, goal_limbs=["left_leg", "right_leg"])
     answer = executive.ask(Replan, "replan", replan)

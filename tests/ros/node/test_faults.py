@@ -1,4 +1,4 @@
-"""The node under load and abuse: it answers every call once and ends cleanly."""
+"""The node under load and misuse: it answers every call once and ends cleanly."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from conftest import Executive, Process, Site
 
 NODE = "/rbprm_planner"
-STOP_TIME = 15.0  # seconds that an end on a signal may take on a busy machine
+STOP_TIME = 15.0  # seconds for the end after a signal on a busy machine
 
 
 def start_search(executive: Executive, planner: Process, gap: SurfaceArray, request: Plan.Request):  # type: ignore[no-untyped-def]
-    """Have the planner search where nothing can be found; returns the call's future."""
+    """Let the planner search where there is no plan; returns the call's future."""
     executive.publish(gap)
     future = executive.start_call(request)
     executive.spin_until(lambda: "guide 0%" in planner.log.read_text(), "search")
@@ -34,12 +34,12 @@ def start_search(executive: Executive, planner: Process, gap: SurfaceArray, requ
 
 
 def debugging(site: Site) -> Process:
-    """A planner that tells the stages of planning."""
+    """A planner that logs the stages of planning."""
     return site.planner("--ros-args", "--log-level", "rbprm_planner:=debug")
 
 
 def gone(pid: int) -> bool:
-    """Whether no process of an id is there, a zombie neither."""
+    """Whether no process has an id, not even a zombie."""
     return not Path(f"/proc/{pid}").exists()
 
 
@@ -77,7 +77,7 @@ def test_other_callbacks_are_served_while_planning(
         seconds.append(time.monotonic() - started)
         assert future.result().values[0].string_value == "hyq"
     assert statistics.median(seconds) < 0.05
-    # Surfaces come in, and a call that needs no planning is answered at once.
+    # Surfaces are accepted, and a call that needs no planning is answered at once.
     executive.publish(SurfaceArray())
     executive.spin_until(lambda: "surfaces 2: 0" in planner.log.read_text(), "surfaces taken in")
     assert executive.call(request_over_gap, timeout=2.0).result.field == "surfaces"
@@ -88,10 +88,10 @@ def test_time_limit_holds(site: Site, gap: SurfaceArray, request_over_gap: Plan.
     site.planner()
     executive = site.executive()
     executive.publish(gap)
-    executive.call_on_surfaces(request_over_gap.__class__())  # the surfaces are there
+    executive.call_on_surfaces(request_over_gap.__class__())  # the surfaces are known
     request_over_gap.time_limit = 1.0
     durations: list[float] = []
-    while len(durations) < 8 and min(durations, default=2.0) >= 1.3:  # others may delay some
+    while len(durations) < 8 and min(durations, default=2.0) >= 1.3:  # some may be delayed
         started = time.monotonic()
         result = executive.call(request_over_gap).result
         durations.append(time.monotonic() - started)
@@ -110,7 +110,7 @@ def test_worker_killed_while_planning(
     result = executive.answer(future, 20.0).result
     assert result.code == PlanningResult.WORKER_LOST
     assert "signal 9" in result.text
-    # The call that waited is not lost: a new process searches for it.
+    # The waiting call is not lost: a new process serves it.
     executive.spin_until(lambda: planner.log.read_text().count("guide 0%") == 2, "second search")
     assert not waiting.done()
     assert gone(worker)

@@ -1,4 +1,4 @@
-"""Messages with anything in them: a value, or an error that names the field; nothing else."""
+"""Random messages give a value, or an error that names the field; nothing else."""
 
 from __future__ import annotations
 
@@ -63,16 +63,16 @@ MANY = settings(
     database=None,
     derandomize=True,
     suppress_health_check=list(HealthCheck),
-    phases=[Phase.generate],  # a seed is as short as a case gets, and tracing is slow
+    phases=[Phase.generate],  # seeds cannot be shrunk further, and tracing is slow
 )
 SETTINGS = parse_settings(
     {"max_surfaces": 50, "max_vertices": 100, "max_triangles": 100, "max_states": 100}
 )
 NODE = "/rbprm_planner"
-LIMBS = 4  # of HyQ
-WAVES = 25  # of eight messages each, to a real node
+LIMBS = 4  # limbs of HyQ
+WAVES = 25  # of eight messages each, sent to a real node
 MAX_GROWTH = 30.0  # megabytes over all waves
-HUGE = 200  # entries of an array that is larger than these settings allow
+HUGE = 200  # entries of an array above the limits of the settings
 
 FLOATS = (math.nan, math.inf, -math.inf, 0.0, -0.0, -1.0, 1.0, 1e-12, 5e-324, 1e5, -1e6, 1e308)
 INTEGER = re.compile(r"(u?)int(\d+)")
@@ -81,10 +81,10 @@ TEXTS = ("", "map", "odom", "hyq", "lf_leg", "ground", "\0", "é☃", "../../etc
 
 
 class Spoiler:
-    """Changes fields of messages, as a source of numbers says.
+    """Changes fields of messages at random.
 
     Args:
-        number: gives a number from 0 up to one less than its argument.
+        number: returns a random number from 0 to one less than its argument.
     """
 
     def __init__(self, number: Callable[[int], int]) -> None:
@@ -133,7 +133,7 @@ class Spoiler:
         return getattr(import_module(f"{package}.msg"), name)()
 
     def _array(self, entry: str, entries: list[Any], most: int) -> list[Any]:
-        """Entries taken away, doubled, turned round, strange or very many."""
+        """An array with entries removed, doubled, reversed, replaced, or with very many entries."""
         strange = self._value(entry, 0)
         made = self._one_of(
             (
@@ -195,7 +195,7 @@ def make_request() -> Plan.Request:
 
 
 def make_goal() -> PlanContacts.Goal:
-    """The same as a goal of the action."""
+    """The same request as a goal of the action."""
     request = make_request()
     names = PlanContacts.Goal.get_fields_and_field_types()
     return PlanContacts.Goal(**{name: getattr(request, name) for name in names})
@@ -208,7 +208,7 @@ def robot() -> Robot:
 
 @pytest.fixture(scope="module")
 def sequence(robot: Robot) -> ContactSequence:
-    """Two states of HyQ that can be read; they hold nowhere."""
+    """Two readable states of HyQ, which are invalid everywhere."""
     joints = ((robot.low[7:] + robot.high[7:]) / 2).tolist()
     identity = Pose(orientation=Quaternion(w=1.0))
     contacts = [
@@ -225,7 +225,7 @@ def sequence(robot: Robot) -> ContactSequence:
 
 @pytest.fixture(scope="module")
 def known() -> Environment:
-    """The surfaces, taken in."""
+    """The environment with the surfaces."""
     made = Environment()
     made.update(update_of_message(make_surfaces(), SETTINGS), SETTINGS)
     return made
@@ -233,7 +233,7 @@ def known() -> Environment:
 
 @pytest.fixture(scope="module")
 def base(sequence: ContactSequence, known: Environment) -> PublishedSequence:
-    """A published sequence of those states."""
+    """A published sequence with those states."""
     job = job_of_message(make_request(), SETTINGS, known)
     return PublishedSequence(
         "an id", 0, 0, read_sequence(sequence, SETTINGS.max_states, LIMBS), job, 0, 0
@@ -241,7 +241,7 @@ def base(sequence: ContactSequence, known: Environment) -> PublishedSequence:
 
 
 def value_or_field(message: Any, read: Callable[[Any], object]) -> object:
-    """What reading a message gives; None where it is refused by the name of one of its fields."""
+    """The value of a message; None where it is refused with the name of one of its fields."""
     try:
         return read(message)
     except InvalidInput as refused:
@@ -253,7 +253,7 @@ def value_or_field(message: Any, read: Callable[[Any], object]) -> object:
 
 
 def require_field(message: Any, path: str) -> None:
-    """Fail where a message has no field of a dotted path."""
+    """Fail where a message has no field with a dotted path."""
     place = message
     for part in path.split("."):
         there = int(part) < len(place) if part.isdigit() else hasattr(place, part)
@@ -265,7 +265,7 @@ seeds = st.integers(min_value=0, max_value=2**63)
 
 
 def spoiled(message: Any, seed: int) -> Any:
-    """A message with some fields changed, as it comes out of the wire where it gets there."""
+    """A message with some fields changed, after serialisation where that is possible."""
     made = Spoiler(random.Random(seed).randrange).spoil(message)
     return deserialize_message(serialize_message(made), type(made))
 
@@ -343,7 +343,7 @@ def test_replanning(
 
 
 class Crowd:
-    """Sends spoilt messages to a real node by every way in, and waits for each answer."""
+    """Sends invalid messages to all interfaces of a real node, and waits for each answer."""
 
     def __init__(self, executive: Executive, sequence: ContactSequence) -> None:
         self._executive, self._sequence = executive, sequence
@@ -361,7 +361,7 @@ class Crowd:
         executive.reach(self._goals, self._goals.server_is_ready, "the action")
 
     def send(self) -> None:
-        """One message of each kind; fails where one is not answered, or by what is no error."""
+        """Send one message of each kind; fails where the answer is missing or is not an error."""
         measured = self._sequence.states[:1]
         setting = SetEnvironment.Request(environment=make_surfaces())
         for kind, name, message in (
@@ -383,7 +383,7 @@ class Crowd:
 
     def _spoilt(self, message: Any) -> Any:
         made = Spoiler(self._random.randrange).spoil(message)
-        if getattr(made, "time_limit", 0.0) > 1.0:  # a long search is no fault
+        if getattr(made, "time_limit", 0.0) > 1.0:  # a long search is not a fault
             made.time_limit = 1.0
         return made
 

@@ -1,4 +1,4 @@
-"""The node under a lifecycle manager, and alone."""
+"""The node with a lifecycle manager, and without one."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def state(executive: Executive) -> int:
 
 
 def change(executive: Executive, transition: int) -> bool:
-    """Ask for a transition; returns whether it took place."""
+    """Request a transition; returns whether it took place."""
     request = ChangeState.Request(transition=Transition(id=transition))
     return bool(executive.ask(ChangeState, "change_state", request).success)
 
@@ -39,7 +39,7 @@ def start_goal(executive: Executive) -> Any:
 
 
 def codes(executive: Executive) -> set[int]:
-    """What the planning interfaces say to empty requests."""
+    """The codes with which the planning interfaces answer empty requests."""
     goal = start_goal(executive)
     executive.spin_until(goal.done, "a result")
     kinds = ((Plan, "plan"), (Replan, "replan"), (Validate, "validate"))
@@ -81,7 +81,7 @@ def test_calls_before_activation_are_refused(
     assert state(executive) == State.PRIMARY_STATE_UNCONFIGURED
     assert planner.children() == []
     assert codes(executive) == {PlanningResult.NOT_ACTIVE}
-    # The environment is taken in all the same: who publishes it once must not have to do so again.
+    # Surfaces are accepted all the same, so that they need not be published again.
     executive.publish(ground)
     executive.spin_until(lambda: len(executive.known()) == 1, "the ground")
     assert change(executive, Transition.TRANSITION_CONFIGURE)
@@ -107,7 +107,7 @@ def test_deactivation_cancels_what_is_planned(
     call = executive.start_call(request_over_gap)
     executive.spin_until(lambda: "guide 0%" in planner.log.read_text(), "search")
     waiting = executive.start_call(request_over_gap)
-    executive.known()  # the call has come before this one is answered
+    executive.known()  # the call has arrived before this one is answered
     assert change(executive, Transition.TRANSITION_DEACTIVATE)
     assert executive.answer(call, 20.0).result.code == PlanningResult.CANCELLED
     assert executive.answer(waiting, 20.0).result.code == PlanningResult.CANCELLED
@@ -120,7 +120,7 @@ def test_deactivation_cancels_what_is_planned(
 def test_deactivation_ends_replanning_too(
     activated: Executive, ground: SurfaceArray, gap: SurfaceArray, request_on_ground: Plan.Request
 ) -> None:
-    """What is published stays as it is, and is gone on with once the node is active again."""
+    """The published sequence stays, and is replanned once the node is active again."""
     statuses = activated.statuses
     activated.publish(ground)
     activated.spin_until(lambda: len(activated.known()) == 1, "the ground")
@@ -131,7 +131,7 @@ def test_deactivation_ends_replanning_too(
     assert change(activated, Transition.TRANSITION_DEACTIVATE)
     activated.spin_until(lambda: statuses[-1].state == PlannerStatus.IDLE, "its end")
     assert statuses[-1].revision == 0
-    assert statuses[-1].invalid_states  # as they were when somebody looked
+    assert statuses[-1].invalid_states  # as they were at the last validation
     count = len(statuses)
     assert change(activated, Transition.TRANSITION_ACTIVATE)
     activated.spin_until(

@@ -1,4 +1,4 @@
-"""Those whom the planner works with die, fall silent or come in pairs."""
+"""Peers of the planner die, hang, or exist twice."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ call.result(60.0)
 
 
 def kill_amid_a_goal(site: Site, request: Plan.Request) -> None:
-    """Have a process send a goal, and kill it while that is planned."""
+    """Let a process send a goal, and kill the process while the goal is planned."""
     fields = PlanContacts.Goal.get_fields_and_field_types()
     goal = PlanContacts.Goal(**{name: getattr(request, name) for name in fields})
     command = [sys.executable, "-c", SEND_A_GOAL, serialize_message(goal).hex()]
@@ -55,7 +55,7 @@ def kill_amid_a_goal(site: Site, request: Plan.Request) -> None:
 
 
 def client_of(executive: Executive) -> PlannerClient:
-    """What executives use, on the node of a test's client."""
+    """A client as executives use it, on the node of a test's client."""
 
     def spin_until(done: object, timeout: float) -> None:
         end = time.monotonic() + timeout
@@ -75,7 +75,7 @@ def friction(executive: Executive) -> float:
 
 @pytest.fixture
 def walked(executive: Executive, ground: SurfaceArray, request_on_ground: Plan.Request) -> str:
-    """The id of a sequence on flat ground that is published and holds."""
+    """The identifier of a sequence on flat ground that is published and valid."""
     executive.give(ground)
     answer = executive.call(request_on_ground)
     assert answer.result.code == PlanningResult.SUCCESS, answer.result.text
@@ -94,12 +94,12 @@ def test_client_killed_amid_its_goal(
     told = executive.statuses
     request_over_gap.time_limit = 1.5
     kill_amid_a_goal(shared, request_over_gap)
-    # The goal that nobody waits for goes on, and ends by itself.
+    # The goal without a client goes on, and ends by itself.
     executive.spin_until(lambda: told and told[-1].state == PlannerStatus.FAILED, "its end")
     assert told[-1].result.code == PlanningResult.TIME_LIMIT
     request_over_gap.time_limit = 30.0
     kill_amid_a_goal(shared, request_over_gap)
-    # One that would take long makes room for the next.
+    # A goal that would take long is preempted by the next one.
     request_over_gap.goal.pose.position.x = 0.2
     started = time.monotonic()
     result = client_of(executive).plan(request_over_gap).result(20.0)
@@ -120,7 +120,7 @@ def test_goals_of_two_executives(
     result = there.plan(request_over_gap).result(20.0)
     assert result.result.code == PlanningResult.SUCCESS
     assert first.result(20.0).result.code == PlanningResult.PREEMPTED
-    # Both are told of the sequence that counts now.
+    # Both receive the newest sequence.
     identity = result.sequence.sequence_id
     for client in (here, there):
         client.wait_until(
@@ -142,7 +142,7 @@ def test_status_is_of_the_newer_of_two_plans(
     executive.spin_until(lambda: told[-1].sequence_id == second, "status of the second")
     assert told[-1].state == PlannerStatus.VALID
     states = [status.state for status in told if status.sequence_id == first]
-    assert states[0] == PlannerStatus.PLANNING  # the second call's
+    assert states[0] == PlannerStatus.PLANNING  # because of the second call
 
 
 def test_status_after_a_replan_that_came_too_late(
@@ -174,8 +174,8 @@ def test_watching_process_killed_amid_its_look(
     executive.spin_until(lambda: executive.known() == {"here", "there"}, "the surfaces")
     count = len(told)
     os.kill(watcher, signal.SIGKILL)
-    # A new process looks at what this one was to look at; on the gap's surfaces the feet have moved
-    # from one polygon to another.
+    # A new process repeats the validation; on the gap's surfaces the feet are on another polygon
+    # than planned.
     executive.spin_until(
         lambda: any(s.state == PlannerStatus.INVALIDATED for s in told[count:]), "a look"
     )
@@ -186,7 +186,7 @@ def test_watching_process_killed_amid_its_look(
 def test_what_nobody_could_look_at_is_not_said_to_hold(
     shared: Site, executive: Executive, walked: str, ground: SurfaceArray, gap: SurfaceArray
 ) -> None:
-    """Process after process dies over a look; a plan that fails then changes nothing."""
+    """Process after process dies in a validation; a plan that fails then changes nothing."""
     told, planner = executive.statuses, shared.processes[0]
     os.kill(planner.worker("validating"), signal.SIGSTOP)
     executive.publish(gap)
@@ -194,7 +194,7 @@ def test_what_nobody_could_look_at_is_not_said_to_hold(
 
     def lost() -> bool:
         for process in planner.workers("validating"):
-            os.kill(process, signal.SIGKILL)  # a new one takes a second to be up
+            os.kill(process, signal.SIGKILL)  # a new one takes a second to start
         return told[-1].result.code == PlanningResult.WORKER_LOST
 
     executive.spin_until(lost, "the loss of them")
@@ -233,7 +233,7 @@ def test_surfaces_that_stop_while_it_plans(
     assert not call.done()
     answer = executive.answer(call)
     assert answer.result.code == PlanningResult.SUCCESS, answer.result.text
-    # What was seen last is known still, and everybody is told when that was.
+    # The newest surfaces are still known, with their stamp.
     assert answer.sequence.surfaces_stamp.sec == 10
     assert executive.known() == {"ground"}
     found = executive.ask(Validate, "validate", Validate.Request())

@@ -1,4 +1,4 @@
-"""A planner in a namespace, as where several robots share one ROS domain."""
+"""A planner in a namespace, as for several robots in one ROS domain."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def start_planner(site: Site, robot: str, *names: str) -> None:
 
 
 def default_robot(site: Site, planner: str) -> str:
-    """The robot that a planner takes for requests that name none."""
+    """The default robot of a planner."""
     executive = site.executive()
     client = executive.node.create_client(ListRobots, f"{planner}/list_robots")
     executive.spin_until(client.service_is_ready, planner)
@@ -45,7 +45,7 @@ def test_parameter_file_holds_under_any_name(case: str, site: Site) -> None:
 
 
 def test_two_robots_share_a_domain(site: Site) -> None:
-    """Each executive walks with its own planner, on surfaces of its own."""
+    """Each executive executes plans of its own planner on its own surfaces."""
     robots = {"/robot1": "hyq", "/robot2": "go2"}
     for namespace, robot in robots.items():
         start_planner(site, robot, "-r", f"__ns:={namespace}")

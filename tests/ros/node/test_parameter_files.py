@@ -1,4 +1,4 @@
-"""The commented parameter files: as the options are, and taken by the node."""
+"""The commented parameter files: equal to the options, and accepted by the node."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROBOTS = ("allegro", "anymal", "g1", "go2", "hyq", "talos")
 
 @pytest.fixture(scope="module")
 def text_of() -> Callable[[str], str]:
-    """Gives the text of a robot's file."""
+    """A function that returns the text of a robot's file."""
     made: Callable[[str], str] = runpy.run_path(str(SCRIPT))["text_of"]
     return made
 

@@ -1,4 +1,4 @@
-"""The action: feedback, a growing sequence, cancel, preemption, partial results."""
+"""The action: feedback, a growing sequence, cancellation, preemption, partial results."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def goal_of(request: Plan.Request) -> PlanContacts.Goal:
 
 
 class Goal:
-    """A goal sent to the planner, and what comes back."""
+    """A goal sent to the planner, its feedback and its result."""
 
     def __init__(self, executive: Executive, client: ActionClient, request: Plan.Request) -> None:
         self._executive = executive
@@ -44,21 +44,21 @@ class Goal:
         self._result = self._handle.get_result_async()
 
     def cancel(self) -> None:
-        """Ask for its end."""
+        """Cancel the goal."""
         self._handle.cancel_goal_async()
 
     def done(self) -> bool:
-        """Whether the result is there."""
+        """Whether the result has come."""
         return bool(self._result.done())
 
     def result(self, timeout: float = 20.0) -> tuple[int, PlanContacts.Result]:
-        """Status and result, once they are there."""
+        """Wait for status and result, and return them."""
         self._executive.spin_until(self.done, "a result", timeout)
         answer = self._result.result()
         return answer.status, answer.result
 
     def wait_for(self, told: Callable[[PlanContacts.Feedback], bool], what: str) -> None:
-        """Wait for feedback of a kind."""
+        """Wait for feedback that meets a condition."""
         self._executive.spin_until(lambda: any(map(told, self.feedback)), what)
 
 
@@ -72,7 +72,7 @@ def send(executive: Executive) -> Callable[[Plan.Request], Goal]:
 
 @pytest.fixture
 def search(executive: Executive, gap: SurfaceArray, request_over_gap: Plan.Request) -> Plan.Request:
-    """A request that is searched for until its time is over; its surfaces are known."""
+    """A request that is searched until its time limit; its surfaces are known."""
     executive.publish(gap)
     executive.spin_until(lambda: len(executive.known()) == 2, "surfaces")
     return request_over_gap
@@ -82,7 +82,7 @@ def search(executive: Executive, gap: SurfaceArray, request_over_gap: Plan.Reque
 def long_walk(
     executive: Executive, ground: SurfaceArray, request_on_ground: Plan.Request
 ) -> Plan.Request:
-    """A request whose many states take a while; its surfaces are known."""
+    """A request with many states, which takes a while; its surfaces are known."""
     executive.publish(ground)
     executive.spin_until(lambda: len(executive.known()) == 1, "surfaces")
     request_on_ground.start.pose.position.x = -4.0
@@ -118,7 +118,7 @@ def test_goal_is_planned_with_feedback_and_published(
     assert parts
     assert all(not part.complete for part in parts)
     assert {part.sequence_id for part in parts} == {sequence.sequence_id}
-    # Each part is what there was so far: its states are those of the plan up to where it got to.
+    # Each partial sequence has the first states of the plan.
     assert any(part.states == sequence.states[: len(part.states)] for part in parts)
 
 
@@ -194,7 +194,7 @@ def test_time_limit_holds(send: Callable[[Plan.Request], Goal], search: Plan.Req
     seconds = time.monotonic() - started
     print(f"\ntime limit of 1 s: goal to result in {seconds:.3f} s")
     assert (status, result.result.code) == (GoalStatus.STATUS_ABORTED, PlanningResult.TIME_LIMIT)
-    assert 1.0 < seconds < 1.3  # of the planner's 100 ms; the rest is the machine's
+    assert 1.0 < seconds < 1.3  # the planner needs 100 ms; the rest is for a busy machine
 
 
 def test_invalid_goal_is_aborted_and_names_its_field(
@@ -209,7 +209,7 @@ def test_invalid_goal_is_aborted_and_names_its_field(
 def test_goals_do_not_stop_calls(
     executive: Executive, send: Callable[[Plan.Request], Goal], search: Plan.Request
 ) -> None:
-    """A goal takes the place of a goal only; a call waits for its turn."""
+    """A goal preempts goals only; a call waits for its turn."""
     goal = send(search)
     goal.wait_for(lambda told: told.stage == "guide", "search")
     near = Plan.Request(start=search.start, robustness_threshold=10.0)

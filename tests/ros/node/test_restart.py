@@ -1,4 +1,4 @@
-"""Planner and executive as processes: stopped, started again, replaced by others."""
+"""Planner and executive are stopped, started again, or replaced."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def walker(site: Site, rate: float) -> Process:
-    """An executive that walks HyQ over flat ground, so many states a second."""
+    """An executive that moves HyQ over flat ground at a number of states a second."""
     mission = ("-p", "scenario:=flat", "-p", "edits:=false", "-p", f"rate:={rate}")
     process = site.start("executive", "--ros-args", *mission)
     process.wait_for("plan of")
@@ -44,11 +44,11 @@ def test_planner_started_again(
     planner.popen.kill()
     planner.popen.wait(60.0)
     site.start("planner_node")
-    # Who was there is told that the sequence counts no more; who comes is not told of any.
+    # Earlier clients receive an empty sequence; later ones receive none.
     before.spin_until(lambda: told[-1].state == PlannerStatus.IDLE, "status IDLE")
     assert (told[-1].sequence_id, told[-1].environment_version) == ("", 0)
     assert walking.popen.wait(60.0) == 1
-    # Whichever it sees first: that nobody serves it for a moment, or the new one's status.
+    # The executive notices either the missing planner or the new planner's status first.
     ends = ("the planner is gone", "was stopped or started again")
     assert any(end in walking.log.read_text() for end in ends)
     after = site.executive()
@@ -60,7 +60,7 @@ def test_planner_started_again(
     assert after.call(request_on_ground).result.field == "surfaces"
     gone = Replan.Request(sequence_id=sequences[-1].sequence_id)
     assert after.ask(Replan, "replan", gone).result.code == PlanningResult.UNKNOWN_SEQUENCE
-    # The environment is given again; what was kept of the sequence can be held against it.
+    # The environment is sent again; the sequence that was kept can be validated against it.
     floor = ground.surfaces[0]
     floor.id = sequences[-1].states[0].contacts[0].surface_id
     after.give(ground)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @pytest.mark.parametrize("name", ["flat", "rubble"])
 def test_scenario_is_planned_and_published_and_valid(name: str, site: Site) -> None:
-    """The main job: perception, planner and executive are three processes."""
+    """The main use: perception, planner and executive are three processes."""
     planner = site.start("planner_node")
     executive = site.executive()
     surfaces = site.start("publish_surfaces", name)
@@ -46,7 +46,7 @@ def test_scenario_is_planned_and_published_and_valid(name: str, site: Site) -> N
     assert statistics.min_robustness >= 10.0
     times = {time.stage: time.seconds for time in statistics.times}
     assert 0 < times["sequence"] <= statistics.time_total
-    # Against the mesh behind the surfaces, not against what the node was told.
+    # In the mesh of the surfaces, not in the environment that the node received.
     plan = plan_of_messages(sequence, guide, scenario.environment_entry())
     report = check_plan(plan)
     assert report.valid, [str(violation) for violation in report.violations[:5]]

@@ -1,4 +1,4 @@
-"""What plans and publishes, with a real planning process and without a node around it."""
+"""Planning with a real worker process and without a node."""
 
 from __future__ import annotations
 
@@ -58,10 +58,10 @@ def test_plan_that_comes_as_the_node_stops_is_not_published(
     task = executor.create_task(planning.calls.plan(walk(environment), submitted=works.append))
     while not works:
         executor.spin_once(0.1)
-    assert works[0].result(60.0) is not None  # it is there, and nobody has been told yet
+    assert works[0].result(60.0) is not None  # it has come, but is not published yet
     planning.close()
     while not task.done():
-        with contextlib.suppress(Cancelled):  # the executor raises what a task does
+        with contextlib.suppress(Cancelled):  # the executor raises the exceptions of tasks
             executor.spin_once(0.1)
     assert isinstance(task.exception(), Cancelled)
     assert published == []

@@ -1,4 +1,4 @@
-"""A published sequence when surfaces change under it."""
+"""Validation and replanning of a published sequence when surfaces change."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ if TYPE_CHECKING:
     from conftest import Executive, Site
 
 TOPIC = "/rbprm_planner/execution_state"
-LENGTH = 0.25  # of a tile, metres: HyQ steps over a missing one
+LENGTH = 0.25  # length of a tile, metres; HyQ can step over a missing one
 COUNT = 18
-FAR = "t13"  # a tile that the way leads over, not near its ends
-EXECUTED = 6  # state that the robot is told to be in
+FAR = "t13"  # a tile in the middle of the way
+EXECUTED = 6  # reported executed state
 
 
 def tile(name: str, low: float, y: float = 0.0) -> Surface:
-    """A tile across the way that begins at a value of x."""
+    """A tile across the way, from a value of x on."""
     corners = ((low, -0.6), (low + LENGTH, -0.6), (low + LENGTH, 0.6), (low, 0.6))
     vertices = [Point(x=x, y=y + side, z=0.0) for x, side in corners]
     return Surface(id=name, vertices=vertices, friction=0.5)
 
 
 def way_to(x: float) -> Plan.Request:
-    """A request to go to somewhere on the tiles."""
+    """A request for a goal on the tiles."""
     request = Plan.Request(robustness_threshold=10.0)
     request.start.pose.position.z = request.goal.pose.position.z = 0.6
     request.goal.pose.position.x = x
@@ -56,7 +56,7 @@ TILES = [tile(f"t{i}", -0.75 + LENGTH * i) for i in range(COUNT)]
 
 
 class Walk:
-    """A sequence of HyQ over tiles in a row, published; the robot is on its way."""
+    """A published sequence of HyQ over a row of tiles, of which some states are executed."""
 
     def __init__(self, executive: Executive) -> None:
         self.executive = executive
@@ -75,12 +75,12 @@ class Walk:
 
     @property
     def status(self) -> PlannerStatus:
-        """The newest."""
+        """The newest status."""
         return self.executive.statuses[-1]
 
     @property
     def sequence(self) -> ContactSequence:
-        """The newest that is published."""
+        """The newest published sequence."""
         return self.executive.sequences[-1]
 
     def change(self, *added: Surface, removed: tuple[str, ...] = ()) -> None:
@@ -89,7 +89,7 @@ class Walk:
         self.executive.publish(message)
 
     def wait_for(self, state: int, revision: int = 0) -> None:
-        """Wait for a status of the sequence, and for the revision that it is about."""
+        """Wait for a status of the sequence, and for the revision of that status."""
         told, published = self.executive.statuses, self.executive.sequences
         wanted = (self.first.sequence_id, state, revision)
         self.executive.spin_until(
@@ -101,7 +101,7 @@ class Walk:
         )
 
     def require_clean(self, *removed: str) -> None:
-        """Have what is published checked, independently, on the tiles but some."""
+        """Require that the check finds no violations on all tiles but some."""
         entries = tuple(
             SurfaceEntry(
                 id=tile.id, vertices=tuple((p.x, p.y, p.z) for p in tile.vertices), friction=0.5
@@ -115,7 +115,7 @@ class Walk:
         assert report.valid, [str(violation) for violation in report.violations[:5]]
 
     def execute(self, state: int, revision: int = 0) -> None:
-        """Tell the planner where the robot is."""
+        """Report the state that the robot is in."""
         there = self._execution.get_subscription_count
         self.executive.spin_until(lambda: there() > 0, "a subscriber")
         identity = self.first.sequence_id
@@ -123,17 +123,17 @@ class Walk:
         self._execution.publish(message)
 
     def wait_until_in(self, state: int) -> None:
-        """Wait until the planner knows that the robot is in a state."""
+        """Wait until the status has a state as the executed one."""
         self.executive.spin_until(lambda: self.status.executed_state == state, "notice of it")
 
 
 def stands_on(state: ContactState, names: set[str]) -> bool:
-    """Whether a contact of a state is on one of some surfaces."""
+    """Whether a contact of a state is on one of the surfaces."""
     return any(contact.surface_id in names for contact in state.contacts)
 
 
 def ahead_of(walk: Walk) -> set[str]:
-    """Tiles that only states not executed yet stand on."""
+    """Tiles on which only states stand that are not executed yet."""
     over = {c.surface_id for s in walk.first.states[: EXECUTED + 1] for c in s.contacts}
     return {tile.id for tile in TILES} - over
 
@@ -171,7 +171,7 @@ def test_nothing_is_planned_where_nothing_ahead_is_touched(walk: Walk) -> None:
     walk.change(tile("beside", 1.0, y=6.0))
     walk.change(removed=("beside",))
     walk.executive.spin_until(lambda: "beside" not in walk.executive.known(), "its end")
-    walk.change(removed=(FAR,))  # what is told after this comes after all that was before
+    walk.change(removed=(FAR,))  # its status follows the validation of all changes before it
     walk.wait_for(PlannerStatus.VALID, 1)
     assert walk.status.environment_version >= version + 4
     assert [sequence.revision for sequence in walk.executive.sequences] == [0, 1]
@@ -266,7 +266,7 @@ def test_replan_call_from_a_measured_state(walk: Walk) -> None:
 
 
 def test_changes_are_looked_at_while_a_caller_waits_for_a_plan(shared: Site, walk: Walk) -> None:
-    """The replan waits for the planning process all the while, and is not waited for."""
+    """Automatic replanning waits for the planning process meanwhile; validation does not."""
     worker = shared.processes[0].worker()
     os.kill(worker, signal.SIGSTOP)
     try:
@@ -288,8 +288,8 @@ def test_of_another_revision_counts_what_both_have(walk: Walk) -> None:
     walk.wait_for(PlannerStatus.VALID, 1)
     changed = walk.sequence.first_changed_state
     last = len(walk.sequence.states) - 1
-    walk.execute(last, revision=2)  # there is none
-    walk.execute(last, revision=0)  # the robot went on while the new one was on its way
+    walk.execute(last, revision=2)  # there is no such revision
+    walk.execute(last, revision=0)  # the robot moved on while the new revision was on its way
     walk.wait_until_in(changed - 1)
     walk.execute(changed, revision=1)
     walk.wait_until_in(changed)
@@ -311,7 +311,7 @@ def test_a_plan_that_fails_leaves_the_published_one_as_it_stands(walk: Walk) -> 
 
 
 def test_two_changes_at_once_are_both_told(walk: Walk) -> None:
-    """The second comes while the first is looked at, or planned for."""
+    """The second change comes during the validation of the first, or during replanning."""
     ahead = sorted(ahead_of(walk))
     walk.change(removed=(FAR,))
     walk.change(removed=tuple(name for name in ahead if name != FAR))
@@ -323,7 +323,7 @@ def test_two_changes_at_once_are_both_told(walk: Walk) -> None:
 
 
 def test_robot_that_goes_on_to_what_does_not_hold(shared: Site, walk: Walk) -> None:
-    """While it is planned anew, in vain: the sequence must not end behind the robot."""
+    """During replanning that fails: the sequence must not end behind the robot."""
     ahead = ahead_of(walk)
     lost = next(i for i, state in enumerate(walk.first.states) if stands_on(state, ahead))
     worker = shared.processes[0].worker()
@@ -344,7 +344,7 @@ def test_robot_that_goes_on_to_what_does_not_hold(shared: Site, walk: Walk) -> N
 
 
 def test_one_plate_behind_a_lost_tile_is_not_forgotten(walk: Walk) -> None:
-    """A tile goes as something comes into the robot's way; when it is back, that still is there."""
+    """A tile is lost as an obstacle appears; the obstacle still counts when the tile is back."""
     where = walk.first.states[-1].root.position
     plate = tile("plate", where.x)
     for vertex in plate.vertices:

@@ -22,7 +22,7 @@ STATES = 10
 
 
 def job(**fields: Any) -> Any:
-    """Work, as far as the tracker reads it."""
+    """A job with the attributes that the tracker reads."""
     return SimpleNamespace(snapshot=Snapshot(1, 100), measured=False, kept=(), **fields)
 
 
@@ -144,7 +144,7 @@ def test_a_node_that_is_not_active_is_idle(published: Tracked) -> None:
     [(1, 7, 7), (1, 99, STATES - 1), (0, 7, 3), (0, 2, 2), (2, 7, -1), (1, -1, -1)],
 )
 def test_executed_state(tracked: Tracked, revision: int, state: int, executed: int) -> None:
-    """Of the revision before, the states count that the published one has too."""
+    """For the revision before, those states count that the published one has too."""
     tracked.tracker.publish(sequence(1, 4), Validity.PLANNED, -1)
     tracked.tracker.record_execution("walk", revision, state)
     assert tracked.tracker.executed == executed

@@ -1,4 +1,4 @@
-"""Calls that plan nothing: whether a sequence holds, what the environment is, which robots are."""
+"""Calls that plan nothing: validation, environment, and list of robots."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ MESH = "hpp_environments/meshes/multicontact/darpareduced.stl"  # rubble
 
 
 def environment(executive: Executive) -> GetEnvironment.Response:
-    """What the planner knows."""
+    """The environment that the planner knows."""
     return executive.ask(GetEnvironment, "get_environment", GetEnvironment.Request())
 
 
 def set_surfaces(executive: Executive, message: SurfaceArray) -> SetEnvironment.Response:
-    """Have the planner know some surfaces and no others."""
+    """Let the planner know exactly the given surfaces."""
     return executive.ask(
         SetEnvironment, "set_environment", SetEnvironment.Request(environment=message)
     )
@@ -45,7 +45,7 @@ def set_surfaces(executive: Executive, message: SurfaceArray) -> SetEnvironment.
 def validate(
     executive: Executive, sequence: ContactSequence | None = None, first: int = 0
 ) -> Validate.Response:
-    """Ask which states of a sequence, by default the published one, do not hold."""
+    """Validate a sequence, by default the published one."""
     request = Validate.Request(sequence=sequence or ContactSequence(), from_state=first)
     return executive.ask(Validate, "validate", request)
 
@@ -62,7 +62,7 @@ def sequence(
 
 
 def far_away(surface: Surface) -> SurfaceArray:
-    """A surface where nobody walks."""
+    """A surface beside the way."""
     for point in surface.vertices:
         point.x += 50.0
     return SurfaceArray(surfaces=[surface])
@@ -90,7 +90,7 @@ def test_published_sequence_holds_until_its_surface_goes(
 def test_foreign_sequences_each_get_their_own_answer(
     executive: Executive, sequence: ContactSequence
 ) -> None:
-    """One that holds, one whose states hang in the air, and so on: none is taken for another."""
+    """Valid and invalid sequences in turn: none is confused with another."""
     own, lifted = deepcopy(sequence), deepcopy(sequence)
     own.sequence_id, lifted.sequence_id = "somebody's", "somebody else's"
     for state in lifted.states[2:]:
@@ -142,7 +142,7 @@ def test_sequence_that_cannot_be_read_names_its_field(
     result = validate(executive, spoilt).result
     assert (result.field, result.value) == ("sequence.states", "1001 states")
     assert "max_states is 1000" in result.text
-    assert validate(executive).valid  # of the published one, after all of them
+    assert validate(executive).valid  # the published one, after all others
 
 
 def test_unknown_sequence_without_states(executive: Executive, sequence: ContactSequence) -> None:
@@ -156,7 +156,7 @@ def test_validation_is_quick_while_planning(
     gap: SurfaceArray,
     request_over_gap: Plan.Request,
 ) -> None:
-    """Planning at full load in one process; the answer comes from another."""
+    """One process plans at full load; another one answers."""
     set_surfaces(executive, gap)
     request_over_gap.time_limit = 4.0
     running = executive.start_call(request_over_gap)
@@ -183,7 +183,7 @@ def test_environment_is_what_was_set(executive: Executive, ground: SurfaceArray)
     assert known.environment.surfaces == ground.surfaces
     assert known.environment_version == answer.environment_version
     again = set_surfaces(executive, known.environment)
-    assert again.environment_version == answer.environment_version  # the same, and known to be
+    assert again.environment_version == answer.environment_version  # recognised as unchanged
 
 
 def test_environment_of_a_mesh(executive: Executive, request_on_ground: Plan.Request) -> None:
@@ -231,7 +231,7 @@ def test_robots(executive: Executive) -> None:
 def test_what_is_known_suffices_for_the_check(
     executive: Executive, ground: SurfaceArray, request_on_ground: Plan.Request
 ) -> None:
-    """A sequence is clean in the environment that the planner tells; not with a new obstacle."""
+    """A sequence has no violations in the planner's environment, but has with a new obstacle."""
     set_surfaces(executive, ground)
     answer = executive.call(request_on_ground)
     known = environment(executive).environment
@@ -250,6 +250,6 @@ def test_what_is_known_suffices_for_the_check(
 
 
 def checked(answer: Plan.Response, known: SurfaceArray) -> CheckReport:
-    """The independent check of a plan in an environment that the planner told."""
+    """Violations that the check finds in the planner's environment."""
     plan = plan_of_messages(answer.sequence, answer.guide, environment_entry(known))
     return check_plan(plan)

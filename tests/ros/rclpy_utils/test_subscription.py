@@ -1,4 +1,4 @@
-"""Messages of latched and volatile publishers: each once, in the order in which they were sent."""
+"""Messages of latched and volatile publishers arrive once, in the order of sending."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def listener(site: Site) -> Iterator[Node]:
 
 @pytest.fixture
 def spin(site: Site, listener: Node) -> Iterator[Spin]:
-    """Serves the listener until something is true, and a little longer."""
+    """Runs the subscriber's callbacks until a condition holds, and a little longer."""
     executor = SingleThreadedExecutor(context=site.context)
     executor.add_node(listener)
 
@@ -57,7 +57,7 @@ def spin(site: Site, listener: Node) -> Iterator[Spin]:
 
 
 def arrived(publisher: Publisher) -> None:
-    """Wait until all readers have what was published."""
+    """Wait until all readers have received the published messages."""
     assert publisher.wait_for_all_acked(Duration(seconds=TIMEOUT))
 
 
@@ -86,7 +86,7 @@ def test_volatile_and_latched_publishers_are_heard_once_each(
     publishers = [talker.create_publisher(Int32, TOPIC, qos) for qos in (LATCHED_STREAM, STREAM)]
     heard: list[int] = []
     EveryPublisher(listener, Int32, TOPIC, lambda message: heard.append(message.data))
-    # Both readers of the first, and one of the second.
+    # Both readers of the first subscriber, and one of the second.
     spin(lambda: [p.get_subscription_count() for p in publishers] == [2, 1])
     for number in range(6):
         publishers[number % 2].publish(Int32(data=number))

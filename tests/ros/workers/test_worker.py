@@ -1,4 +1,4 @@
-"""The planning process as the node sees it, without ROS."""
+"""The worker process from the node's side, without ROS."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ from rbprm_ros.workers.worker import PlanningWorker, WorkerLost
 
 LIMBS = ("lf_leg", "rf_leg", "lh_leg", "rh_leg")
 TIMEOUT = 90.0  # seconds
-PROMPT = 10.0  # seconds, within which ends what waits for no process
+PROMPT = 10.0  # seconds for actions that wait for no process
 
 
 def ignore(_: Reported) -> None:
-    """Not interested."""
+    """Ignore a report."""
 
 
 def strip(identity: str, low: float, high: float) -> SurfaceEntry:
@@ -48,7 +48,7 @@ def strip(identity: str, low: float, high: float) -> SurfaceEntry:
 
 
 def snapshot(*entries: SurfaceEntry) -> Snapshot:
-    """Surfaces as the node holds them."""
+    """A snapshot with surfaces."""
     return Environment().update(SurfaceUpdate(entries), Settings())
 
 
@@ -80,7 +80,7 @@ def walk() -> Job:
 
 @pytest.fixture
 def search() -> Job:
-    """A job that finds nothing and does not end."""
+    """A job that searches without end."""
     return job("search", snapshot(strip("here", -2, 1), strip("there", 4, 9)), 6.0)
 
 
@@ -130,7 +130,7 @@ def test_new_surfaces_reach_a_process_that_held_others(worker: PlanningWorker, w
 def test_cancel_of_a_running_job_takes_less_than_100_ms(
     worker: PlanningWorker, search: Job
 ) -> None:
-    """In one of a few attempts: another process may delay some of them."""
+    """The fastest of a few attempts counts: other processes may delay some."""
     search = replace(search, snapshot=replace(search.snapshot, version=100))  # type: ignore[type-var]
     durations: list[float] = []
     while len(durations) < 8 and min(durations, default=1.0) >= 0.1:
@@ -177,7 +177,7 @@ def test_robot_that_cannot_be_loaded_is_told(worker: PlanningWorker, walk: Job) 
 
 
 def test_report_that_fails_is_told_and_the_next_job_is_done(search: Job, walk: Job) -> None:
-    """Neither waits for the other's answer."""
+    """Neither job waits for the answer of the other."""
     worker = PlanningWorker(RobotChoice("hyq"), ignore)
 
     def fail(_: Reported) -> None:
@@ -200,9 +200,9 @@ def test_process_that_hangs_is_replaced(
     try:
         future = worker.submit(search, report)
         report.wait("guide")
-        monkeypatch.setattr(worker_module, "MAX_SILENCE", 0.5)  # of the next message on
+        monkeypatch.setattr(worker_module, "MAX_SILENCE", 0.5)  # from the next message on
         os.kill(process_of(worker), signal.SIGSTOP)
-        worker.cancel(future)  # to have the next message waited for
+        worker.cancel(future)  # so that the next message is awaited
         with pytest.raises(WorkerLost, match=r"silent for 0\.5 s"):
             future.result(TIMEOUT)
         monkeypatch.undo()
@@ -212,7 +212,7 @@ def test_process_that_hangs_is_replaced(
 
 
 def test_process_that_takes_nothing_holds_nobody_up(walk: Job) -> None:
-    """More is sent to it than the pipe holds; cancelling and closing do not wait for it."""
+    """More is sent than the channel can hold; cancelling and closing do not wait for that."""
     worker = PlanningWorker(RobotChoice("hyq"), ignore)
     worker.prepare().result(TIMEOUT)
     os.kill(process_of(worker), signal.SIGSTOP)
@@ -238,14 +238,14 @@ def process_of(worker: PlanningWorker) -> int:
 
 
 def unread(worker: PlanningWorker) -> int:
-    """Bytes that were sent to a worker's process and that it has not read."""
+    """Number of bytes that were sent to a worker's process and that it has not read."""
     assert worker._process is not None
     count = fcntl.ioctl(worker._process.child.channel.fileno(), termios.TIOCOUTQ, bytes(4))
     return int.from_bytes(count, sys.byteorder)
 
 
 def test_roadmaps_are_kept_where_a_job_asks_for_it(walk: Job) -> None:
-    """Round a wall: another seed's search then finds the way that is known already."""
+    """Round a wall: the search with another seed then finds the known way."""
     worker = PlanningWorker(RobotChoice("hyq"), ignore)
     options = PlannerOptions(guide=GuideOptions(shortcuts=0, settle=False))
     wall = ((1.5, -1.0, 0.0), (1.5, 1.0, 0.0), (1.5, 1.0, 2.0), (1.5, -1.0, 2.0))
@@ -264,7 +264,7 @@ def test_roadmaps_are_kept_where_a_job_asks_for_it(walk: Job) -> None:
         assert alone[2].states == alone[0].states == kept[0].states
         assert alone[2].guide == alone[0].guide == kept[0].guide == kept[1].guide
         assert alone[1].guide != kept[1].guide
-        found(0, keep=False)  # and what was kept is forgotten
+        found(0, keep=False)  # and drops the kept roadmaps
         assert found(1, keep=True).guide == alone[1].guide
     finally:
         worker.close()

@@ -1,4 +1,4 @@
-"""Contact plans as messages, and back as an executive or a check wants them."""
+"""Conversion of contact plans to messages, and back."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ TYPES = {"point": Contact.TYPE_POINT, "planar": Contact.TYPE_PLANAR}
 TYPE_NAMES = {number: name for name, number in TYPES.items()}
 FIELDS = {f"gravity.{i}": f"sequence.gravity.{axis}" for i, axis in enumerate("xyz")}
 """Fields of a validated sequence by those of a `RequestEntry`, where they differ."""
-MAX_POINTS = 16  # of a contact; a patch has four
+MAX_POINTS = 16  # largest number of points of a contact; a patch has four
 
 
 def sequence_message(
@@ -59,11 +59,14 @@ def sequence_message(
     first_changed: int = 0,
     complete: bool = True,
 ) -> ContactSequence:
-    """A plan as a revision of a sequence, by default its first.
+    """The message of a plan as a revision of a sequence, by default the first one.
 
     Args:
-        header: of the sequence. sequence_id: unique.
-        surfaces_stamp: of the newest surfaces that it was made on, nanoseconds.
+        plan: the plan.
+        header: header of the message.
+        sequence_id: identifier of the sequence.
+        surfaces_stamp: stamp of the newest surfaces that it was planned on, nanoseconds.
+        revision: number of the revision.
         first_changed: index of the first state that differs from the revision before.
         complete: whether the last state is at the goal.
     """
@@ -96,13 +99,13 @@ def sequence_message(
 
 
 def guide_message(plan: ContactPlan, header: Header) -> Path:
-    """The path of the root."""
+    """The message of a plan's guide path."""
     poses = [PoseStamped(header=header, pose=_pose_message(pose)) for pose in plan.guide]
     return Path(header=header, poses=poses)
 
 
 def statistics_message(plan: ContactPlan) -> PlanStatistics:
-    """Times and counts."""
+    """The message of a plan's times and counts."""
     time, counts = plan.statistics.time, plan.statistics.counts
     return PlanStatistics(
         times=[
@@ -126,15 +129,17 @@ def plan_of_messages(
     environment: EnvironmentEntry,
     statistics: PlanStatistics | None = None,
 ) -> ContactPlan:
-    """A plan that can be kept, shown and checked.
+    """The plan of messages from a planner, to be saved, shown and checked.
 
     Args:
-        environment: that the plan is for: as the surfaces were sent, or the meshes behind them.
-        statistics: of the answer to the call; a topic carries none.
+        sequence: the sequence.
+        guide: its guide path.
+        environment: environment of the plan: the surfaces that were sent, or their meshes.
+        statistics: statistics in the answer to the call; None for a sequence from a topic.
 
     Raises:
-        InvalidInput: a request that none can have made, see `read_sequence`.
-        pydantic.ValidationError: another message that did not come from a planner.
+        InvalidInput: an invalid request, see `read_sequence`.
+        pydantic.ValidationError: another invalid field.
     """
     return ContactPlan(
         robot=RobotEntry(
@@ -152,13 +157,15 @@ def plan_of_messages(
 
 
 def read_sequence(message: ContactSequence, max_states: int, limbs: int) -> ContactPlan:
-    """A sequence that anybody may have sent, as a plan without environment and guide.
+    """The validated plan of a sequence from any sender, without environment and guide.
 
     Args:
-        limbs: of the robot.
+        message: the sequence.
+        max_states: maximum number of its states.
+        limbs: number of the robot's limbs.
 
     Raises:
-        InvalidInput: names the field at fault.
+        InvalidInput: names the invalid field.
     """
     if len(message.states) > max_states:
         reason = f"are too many; the parameter max_states is {max_states}"
@@ -181,13 +188,15 @@ def read_sequence(message: ContactSequence, max_states: int, limbs: int) -> Cont
 
 
 def read_state(message: ContactState, field: str, limbs: int) -> StateEntry:
-    """A state that anybody may have sent.
+    """The validated state of a message from any sender.
 
     Args:
-        limbs: of the robot; each has one contact at most.
+        message: the state.
+        field: field of the message that holds the state, for errors.
+        limbs: number of the robot's limbs; each has one contact at most.
 
     Raises:
-        InvalidInput: names the field at fault.
+        InvalidInput: names the invalid field.
     """
     if len(message.contacts) > limbs:
         reason = f"are too many: each of the robot's {limbs} limbs has one at most"
@@ -214,7 +223,7 @@ def read_state(message: ContactState, field: str, limbs: int) -> StateEntry:
 
 
 def _request_entry(message: ContactSequence) -> RequestEntry:
-    """What a sequence holds of its request."""
+    """The request of a sequence, as far as the message holds it."""
     fields = {
         "start": pose_of_message(message.start),
         "goal": pose_of_message(message.goal),
