@@ -58,6 +58,9 @@ def parsed(part: str) -> tuple[str, list[Entry]]:
         fields: list[Field] = []
         for line in block.splitlines():
             if line.startswith("#"):
+                if fields:  # a heading among constants
+                    entries.append(Entry(" ".join(comments), fields))
+                    comments, fields = [], []
                 comments.append(line.lstrip("# "))
             elif line.lstrip().startswith("#"):  # the comment beside a field goes on
                 fields[-1].text += f" {line.lstrip(' #')}"
