@@ -14,7 +14,7 @@ from pathlib import Path
 from sphinx.application import Sphinx
 
 PACKAGE = "rbprm_core"
-CLIENT = "rbprm_ros.client.planner_client"
+CLIENT = ["rbprm_ros.client.planner_client", "rbprm_ros.client.plan_call"]
 COMMANDS = f"{PACKAGE}.cli"  # the command line has its help
 
 
@@ -54,7 +54,7 @@ def _write(app: Sphinx) -> None:
         f"{name}.rst": page(f"{PACKAGE}.{name}" if name != "modules" else "Single modules", found)
         for name, found in modules().items()
     }
-    pages["client.rst"] = page("rbprm_ros.client", [CLIENT])
+    pages["client.rst"] = page("rbprm_ros.client", CLIENT)
     names = [f"   {Path(name).stem}" for name in sorted(pages)]
     pages[f"{PACKAGE}.rst"] = public_page()
     entries = "\n".join([f"   {PACKAGE}", *names])

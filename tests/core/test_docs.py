@@ -193,6 +193,14 @@ def test_every_interface_is_described() -> None:
     assert set(re.findall(r"^```\{interface\} (\S+)$", text, re.MULTILINE)) == files
 
 
+def test_codes_of_the_node_are_those_of_the_message() -> None:
+    message = (INTERFACES / "msg" / "PlanningResult.msg").read_text()
+    codes = set(re.findall(r"^int32 (\w+)=(\d+)", message, re.MULTILINE))
+    text = (ROOT / "docs" / "node.md").read_text()
+    rows = re.findall(r"^\| (\d+) \| `(\w+)` \|", text, re.MULTILINE)
+    assert {(name, code) for code, name in rows} == codes
+
+
 def test_cited_papers_are_in_the_references() -> None:
     references = (ROOT / "docs" / "references.md").read_text()
     cited: dict[str, Path] = {}
