@@ -53,6 +53,7 @@ from rbprm_ros.planning.sequence import PublishedSequence
 from rbprm_ros.rclpy_utils.qos import CALLS
 from rbprm_ros.settings import parse_settings
 from rbprm_ros.workers.jobs import Job
+from rbprm_ros.workers.worker_process import MEASURED_STATE, SEQUENCE_STATES
 
 if TYPE_CHECKING:
     from conftest import Executive, Process, Site
@@ -320,7 +321,7 @@ def test_requests(seed: int, known: Environment) -> None:
 def test_sequences(seed: int, sequence: ContactSequence, robot: Robot) -> None:
     def read(message: Validate.Request) -> ContactPlan:
         plan = read_sequence(message.sequence, SETTINGS.max_states, LIMBS)
-        states_from_plan(plan.states, robot, "sequence.states")
+        states_from_plan(plan.states, robot, *SEQUENCE_STATES)
         return plan
 
     value_or_field(spoiled(Validate.Request(sequence=sequence), seed), read)
@@ -335,7 +336,7 @@ def test_replanning(
         job = replan_job_of_message(message, base, 1, SETTINGS, known)
         assert job.snapshot is not None
         if job.measured:
-            state_from_plan(job.kept[0], robot, job.snapshot.scene(), "measured_state.0")
+            state_from_plan(job.kept[0], robot, job.snapshot.scene(), *MEASURED_STATE)
         return job
 
     request = Replan.Request(measured_state=sequence.states[:1], goal=[make_request().goal])

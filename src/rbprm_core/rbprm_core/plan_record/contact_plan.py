@@ -36,7 +36,7 @@ class ContactPlan(PlanRecord):
         guide: nodes of the guide from start to goal.
         states: contact states from start to goal.
         transitions: transitions between neighbouring states, one fewer than these; empty in files
-            of version 1, and of plans made from messages.
+            of version 1.
         statistics: how the plan was made.
     """
 

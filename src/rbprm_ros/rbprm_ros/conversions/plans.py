@@ -12,6 +12,7 @@ from std_msgs.msg import Header
 
 from rbprm_core.check import count_transitions, missing_goal_limbs
 from rbprm_core.errors import InvalidInput
+from rbprm_core.plan_conversion.states_to_plan import transition_entries, with_states
 from rbprm_core.plan_record import (
     GRIP_FORCE,
     ContactEntry,
@@ -68,7 +69,7 @@ def sequence_message(
         surfaces_stamp: stamp of the newest surfaces that it was planned on, nanoseconds.
         revision: number of the revision.
         first_changed: index of the first state that differs from the revision before.
-        complete: whether the last state is at the goal.
+        complete: True where the last state is at the goal.
     """
     request = plan.request
     return ContactSequence(
@@ -141,6 +142,7 @@ def plan_of_messages(
         InvalidInput: an invalid request, see `read_sequence`.
         pydantic.ValidationError: another invalid field.
     """
+    states = tuple(_state_entry(state) for state in sequence.states)
     return ContactPlan(
         robot=RobotEntry(
             name=sequence.robot,
@@ -151,7 +153,8 @@ def plan_of_messages(
         environment=environment,
         request=_request_entry(sequence),
         guide=tuple(_guide_node(stamped.pose) for stamped in guide.poses),
-        states=tuple(_state_entry(state) for state in sequence.states),
+        states=states,
+        transitions=transition_entries(states),
         statistics=Statistics() if statistics is None else _statistics(statistics),
     )
 
@@ -184,7 +187,7 @@ def read_sequence(message: ContactSequence, max_states: int, limbs: int) -> Cont
     )  # fmt: skip
     with naming_fields(FIELDS, "sequence."):
         plan = plan_of_messages(bare, Path(), EnvironmentEntry())
-    return plan.model_copy(update={"states": states})
+    return with_states(plan, states)
 
 
 def read_state(message: ContactState, field: str, limbs: int) -> StateEntry:

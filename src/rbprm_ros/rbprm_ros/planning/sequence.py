@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from rbprm_core.plan_conversion import with_states
 from rbprm_core.plan_record import ContactPlan, StateEntry
 from rbprm_ros.workers.jobs import Job
 
@@ -59,7 +60,7 @@ class PublishedSequence:
             count: number of states that stay.
             stamp: time of now, nanoseconds of the ROS clock.
         """
-        plan = self.plan.model_copy(update={"states": self.plan.states[:count]})
+        plan = with_states(self.plan, self.plan.states[:count])
         return replace(
             self,
             revision=self.revision + 1,

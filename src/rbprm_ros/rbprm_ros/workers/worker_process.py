@@ -19,7 +19,7 @@ from rbprm_core.budget import Budget, Progress
 from rbprm_core.errors import Cancelled, InvalidInput, RbprmError
 from rbprm_core.guide.root import RoadmapStore
 from rbprm_core.plan_conversion import StateFields
-from rbprm_core.plan_conversion.states_to_plan import contact_plan, partial_plan
+from rbprm_core.plan_conversion.states_to_plan import contact_plan, partial_plan, with_states
 from rbprm_core.plan_record import ContactPlan, EnvironmentEntry
 from rbprm_core.planner import plan
 from rbprm_core.processes import Channel, ChannelClosed, serve_parent
@@ -222,7 +222,7 @@ def _partial(
     found = partial_plan(error, job.request, data.robot, environment)
     if found is None or not job.kept or job.measured:
         return found
-    return found.model_copy(update={"states": (*job.kept, *found.states[len(job.kept) :])})
+    return with_states(found, (*job.kept, *found.states[len(job.kept) :]))
 
 
 def _joined(job: Job, found: ContactPlan, first_changed: int) -> ContactPlan:
@@ -233,7 +233,7 @@ def _joined(job: Job, found: ContactPlan, first_changed: int) -> ContactPlan:
     """
     if job.measured:
         return found
-    return found.model_copy(update={"states": (*job.kept[:first_changed], *found.states[1:])})
+    return with_states(found, (*job.kept[:first_changed], *found.states[1:]))
 
 
 def serve(channel: Channel) -> None:
