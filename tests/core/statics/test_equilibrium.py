@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from rbprm_core.arrays import Array
-from rbprm_core.statics import Equilibrium, cone_generators, robustness
+from rbprm_core.statics import Equilibrium, cone_generators, robustness, robustness_gradient
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 HYQ_MASS = 80.0
@@ -179,3 +179,31 @@ def test_a_squeeze_without_bound_is_infinite() -> None:
     generators = np.array([cone_generators(w, 10.0) for w in walls for _ in range(2)])
     problem = Equilibrium.of(points, generators, np.zeros(3), HYQ_MASS, GRAVITY)
     assert robustness(problem) == np.inf
+
+
+@given(seeds, st.integers(2, 5), st.floats(0.0, 0.6), st.floats(0.1, 1.0))
+def test_the_gradient_bounds_b0_of_other_centres_of_mass(
+    seed: int, count: int, tilt: float, friction: float
+) -> None:
+    """The dual solution stays feasible: b0 is at most its linear model, everywhere."""
+    stance = Stance(seed, count, tilt, friction)
+    here = stance.com
+
+    def problem() -> Equilibrium:
+        return Equilibrium.of(stance.points, stance.generators, stance.com, HYQ_MASS, GRAVITY)
+
+    b0, gradient = robustness_gradient(problem())
+    assert b0 == robustness(problem())
+    assume(np.isfinite(b0))
+    rng = np.random.default_rng(seed)
+    for size in (1e-4, 0.01, 0.1, 1.0):
+        stance.com = here + rng.uniform(-size, size, 3)
+        bound = b0 + gradient @ (stance.com - here)
+        assert robustness(problem()) <= bound + 1e-6 * max(1.0, abs(bound))
+
+
+def test_b0_that_is_not_finite_has_no_gradient() -> None:
+    none = Equilibrium(np.zeros((6, 0)), np.array([0, 0, 800.0, 0, 0, 0]))
+    b0, gradient = robustness_gradient(none)
+    assert b0 == -np.inf
+    assert np.isnan(gradient).all()

@@ -85,17 +85,18 @@ class ReferencePath:
 
 @dataclass(frozen=True, eq=False)
 class Robustness:
-    """Negative robustness -b0 on some contacts, per newton.
+    """Negative robustness $-b_0$ on some contacts, newtons.
 
     Attributes:
         stability: robustness of the robot's contact sets.
         contacts: the contacts that carry the robot.
-        damping: curvature added so that steps stay finite.
+        damping: curvature, newtons per squared coordinate: b0 is piecewise linear, and steps along
+            its gradient must be bounded.
     """
 
     stability: Stability
     contacts: tuple[Contact, ...]
-    damping: float = 1.0
+    damping: float = 1e4
 
     def model(self, kinematics: Kinematics, coordinates: Coordinates) -> Quadratic:
         """See `Criterion.model`."""

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import pinocchio as pin
 
 from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
@@ -21,6 +22,8 @@ from rbprm_core.failures import Cause, Failure
 from rbprm_core.posture.constraints.rows import Rows
 from rbprm_core.posture.kinematics import Kinematics
 
+CUTS = 4
+"""Number of linearisations that are kept: with the last one alone, two joints take turns."""
 AIM = 0.005
 """Share aimed at below the bound, against rounding of the last step."""
 
@@ -39,6 +42,7 @@ class TorqueRatio:
     def __init__(self, torques: TorqueModel, contacts: Sequence[Contact], max_ratio: float) -> None:
         self._torques, self._contacts, self._max_ratio = torques, tuple(contacts), max_ratio
         self._joint, self._ratio = "", np.inf
+        self._cuts: list[tuple[Array, float, Array]] = []  # configuration, ratio, gradient
 
     def holds(self, q: Array) -> bool:
         """True where a configuration satisfies the constraint.
@@ -52,14 +56,16 @@ class TorqueRatio:
 
     def rows(self, kinematics: Kinematics) -> Rows:
         """See `Constraint.rows`; no row where no forces balance the robot."""
-        balance, gradient = self._torques.balance_gradient(kinematics.q, self._contacts)
+        q = kinematics.q
+        balance, gradient = self._torques.balance_gradient(q, self._contacts)
         self._joint, self._ratio = balance.joint, balance.ratio
         if not np.isfinite(balance.ratio):
             return Rows(np.zeros((0, len(gradient))), np.zeros(0), np.zeros(0))
-        bound = self._max_ratio - balance.ratio
-        if bound < 0:
-            bound -= AIM
-        return Rows(gradient[None], np.array([-np.inf]), np.array([bound]))
+        self._cuts = [*self._cuts[1 - CUTS :], (q, balance.ratio, gradient)]
+        model = kinematics.robot.model
+        values = [r + float(g @ pin.difference(model, point, q)) for point, r, g in self._cuts]
+        upper = self._max_ratio - AIM - np.array(values)
+        return Rows(np.array([g for _, _, g in self._cuts]), np.full(len(upper), -np.inf), upper)
 
     def violation(self, rows: Rows) -> float:
         """See `Constraint.violation`, without the margin aimed at."""
