@@ -76,13 +76,21 @@ class NodeError(RbprmError):
         text: what happened and what to change.
         field: dotted path of the invalid input; "" for none.
         value: the invalid value; "" for none.
+        cause: why planning failed; UNSPECIFIED for errors of another kind.
 
     Attributes:
         data: the data of the error.
     """
 
-    def __init__(self, code: NodeCode, text: str, field: str = "", value: str = "") -> None:
-        self.data = ErrorData(code, text, field, value[:MAX_CHARACTERS])
+    def __init__(
+        self,
+        code: NodeCode,
+        text: str,
+        field: str = "",
+        value: str = "",
+        cause: Cause = Cause.UNSPECIFIED,
+    ) -> None:
+        self.data = ErrorData(code, text, field, value[:MAX_CHARACTERS], cause)
         super().__init__(text)
 
 

@@ -16,8 +16,14 @@ from std_msgs.msg import Header
 
 from rbprm_core.check import check_plan
 from rbprm_core.check.violation import Kind
-from rbprm_core.errors import ErrorCode, InvalidInput
-from rbprm_core.failures import Cause
+from rbprm_core.errors import (
+    ErrorCode,
+    InvalidInput,
+    NoSequenceFound,
+    StartUnreachable,
+    TimeLimitReached,
+)
+from rbprm_core.failures import Cause, Failure
 from rbprm_core.guide.root_space import RootBounds
 from rbprm_core.placement import Placement
 from rbprm_core.plan_record import (
@@ -32,11 +38,12 @@ from rbprm_core.plan_record import (
     Statistics,
     SurfaceEntry,
 )
-from rbprm_core.replanning import Reason
+from rbprm_core.replanning import InvalidState, Reason
 from rbprm_core.request import PlanRequest, StageNames
 from rbprm_core.scene import make_surface
 from rbprm_ros.conversions import (
     guide_message,
+    invalid_state_messages,
     job_of_message,
     plan_of_messages,
     read_sequence,
@@ -337,6 +344,30 @@ def test_constants_of_messages_equal_the_enumerations() -> None:
     assert constants(InvalidStateMessage) == {reason.name: reason.value for reason in Reason}
     assert constants(PlannerStatus) == {activity.name: activity.value for activity in Activity}
     assert max(ErrorCode) < 100 <= min(NodeCode)
+
+
+def test_cause_and_progress_of_a_failure_are_in_the_result() -> None:
+    failure = Failure.of(Cause.NO_EQUILIBRIUM, "lf_leg")
+    start = across(result_message(error_data(StartUnreachable(failure))))
+    assert (start.code, start.cause) == (
+        PlanningResult.START_UNREACHABLE,
+        PlanningResult.CAUSE_NO_EQUILIBRIUM,
+    )
+    assert (start.limb, start.state) == ("lf_leg", -1)
+    stopped = across(result_message(error_data(NoSequenceFound(4, failure, 0.25))))
+    assert (stopped.cause, stopped.limb) == (PlanningResult.CAUSE_NO_EQUILIBRIUM, "lf_leg")
+    assert (stopped.state, stopped.fraction) == (4, 0.25)
+    late = across(result_message(error_data(TimeLimitReached(1.0, "guide"))))
+    assert (late.cause, late.limb) == (PlanningResult.CAUSE_UNSPECIFIED, "")
+
+
+def test_causes_of_invalid_states() -> None:
+    lost = InvalidState(3, Failure.of(Cause.SURFACE_LOST, "lf_leg", surface="s", x=0, y=0, z=0))
+    (message,) = invalid_state_messages([lost])
+    assert (message.index, message.reason) == (3, InvalidStateMessage.SURFACE_LOST)
+    assert message.cause == PlanningResult.CAUSE_SURFACE_LOST
+    assert (message.limb, message.surface_id) == ("lf_leg", "s")
+    assert "lf_leg" in message.text
 
 
 def test_results() -> None:

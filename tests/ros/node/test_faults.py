@@ -109,6 +109,7 @@ def test_worker_killed_while_planning(
     os.kill(worker, signal.SIGKILL)
     result = executive.answer(future, 20.0).result
     assert result.code == PlanningResult.WORKER_LOST
+    assert result.cause == PlanningResult.CAUSE_PROCESS_DIED
     assert "signal 9" in result.text
     # The waiting call is not lost: a new process serves it.
     executive.spin_until(lambda: planner.log.read_text().count("guide 0%") == 2, "second search")

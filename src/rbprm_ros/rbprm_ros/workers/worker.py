@@ -8,20 +8,17 @@ import queue
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from rbprm_core.errors import Cancelled
+from rbprm_core.failures import Cause
 from rbprm_core.processes import (
     ChannelClosed,
-    ChildProcess,
     PeerHung,
     exit_text,
-    module_command,
     readable,
 )
 from rbprm_core.processes.child import STOP_TIMEOUT
-from rbprm_ros.environment.snapshot import Snapshot
-from rbprm_ros.environment.snapshot_diff import diff_between
 from rbprm_ros.errors import NodeCode, NodeError, PlanningFailed
 from rbprm_ros.workers.jobs import (
     Answer,
@@ -36,14 +33,9 @@ from rbprm_ros.workers.jobs import (
     Validation,
     Work,
 )
+from rbprm_ros.workers.process_link import MAX_SILENCE, WorkerProcess
 
-COMMAND = module_command("rbprm_ros.workers.worker_process")
 IDLE_PERIOD = 1.0  # seconds between two checks whether an idle process is alive
-MAX_SILENCE = 30.0
-"""Seconds after which a busy process counts as hung and is ended: it sends nothing, or receives
-nothing of what is sent. It reports every 0.05 s; its longest known pause is the loading of a
-robot's meshes."""
-
 Report = Callable[[Reported], None]
 
 
@@ -56,7 +48,7 @@ class WorkerLost(NodeError):
 
     def __init__(self, how: str) -> None:
         text = f"the planning process was lost ({how}); a new one serves the next request"
-        super().__init__(NodeCode.WORKER_LOST, text)
+        super().__init__(NodeCode.WORKER_LOST, text, cause=Cause.PROCESS_DIED)
 
 
 @dataclass(eq=False)
@@ -87,7 +79,7 @@ class PlanningWorker:
         self.restarts = 0
         self._robot, self._report, self._role = robot, report, role
         self._tasks: queue.SimpleQueue[_Task | None] = queue.SimpleQueue()
-        self._process: _WorkerProcess | None = None
+        self._process: WorkerProcess | None = None
         self._wake = os.eventfd(0)  # written to when a task is cancelled or the worker is closed
         self._lock = threading.Lock()  # guards `_running`; never held for long
         self._running: _Task | None = None
@@ -230,7 +222,7 @@ class PlanningWorker:
             elif isinstance(answer, Done):
                 return answer.result
 
-    def _next_answer(self, process: _WorkerProcess) -> Answer | None:
+    def _next_answer(self, process: WorkerProcess) -> Answer | None:
         """The next answer of the process; None after a cancellation.
 
         Raises:
@@ -249,14 +241,14 @@ class PlanningWorker:
         answer: Answer = channel.receive()
         return answer
 
-    def _started(self) -> _WorkerProcess:
+    def _started(self) -> WorkerProcess:
         """The process; a new one where there is none or it has died."""
         if self._process is not None and not self._process.child.alive:
             self._drop_process()
         if self._closing:
             raise ChannelClosed("closed")
         if self._process is None:
-            self._process = _WorkerProcess(self._role)
+            self._process = WorkerProcess(self._role)
         return self._process
 
     def _revive(self) -> None:
@@ -272,38 +264,3 @@ class PlanningWorker:
             return "it was not running"
         self.restarts += not self._closing
         return exit_text(process.child.end(by_itself=True))
-
-
-class _WorkerProcess:
-    """A running worker process, and which environment and which sequence it holds.
-
-    Args:
-        role: last word of its command line.
-    """
-
-    def __init__(self, role: str) -> None:
-        self.child = ChildProcess(COMMAND, role, send_timeout=int(MAX_SILENCE))
-        self._snapshot, self._key = Snapshot(), ""
-
-    def send(self, message: Work | Cancellation) -> None:
-        """Send a message, without the surfaces and states that the process holds already.
-
-        Raises:
-            ChannelClosed: the process has ended.
-            PeerHung: the process has received nothing for `MAX_SILENCE` seconds.
-        """
-        channel = self.child.channel
-        if isinstance(message, Job | Validation) and message.snapshot is not None:
-            if message.snapshot.version != self._snapshot.version:
-                channel.send(diff_between(self._snapshot, message.snapshot))
-                self._snapshot = message.snapshot
-            message = replace(message, snapshot=None)
-        if isinstance(message, Validation):
-            if message.key == self._key:
-                message = replace(message, states=None)
-            self._key = message.key
-        channel.send(message)
-
-    def forget_states(self) -> None:
-        """Send the states with the next validation: the process may have refused them."""
-        self._key = ""
