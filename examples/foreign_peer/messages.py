@@ -61,6 +61,7 @@ class Pose(IdlStruct, typename="geometry_msgs::msg::dds_::Pose_"):
 @final
 class Contact(IdlStruct, typename="rbprm_msgs::msg::dds_::Contact_"):
     limb: str
+    spot: str
     frame: str
     type: uint8
     pose: Pose
@@ -96,6 +97,10 @@ class ContactSequence(IdlStruct, typename="rbprm_msgs::msg::dds_::ContactSequenc
     surfaces_stamp: Time
     start: Pose
     goal: Pose
+    position_tolerance: float64
+    orientation_tolerance: float64
+    guide_planner: str
+    contact_planner: str
     seed: uint64
     robustness_threshold: float64
     gravity: Vector3

@@ -94,7 +94,7 @@ def test_demo_walks_a_scenario_that_is_there_with_its_robot() -> None:
     assert load_scenario(defaults["scenario"][0]).robot == defaults["robot"][0]
     text = DEMO.read_text()
     assert (DEMO.parent / re.findall(r'"(\S+\.launch\.py)"', text)[0]) == PLANNER
-    declared = "".join(path.read_text() for path in (PACKAGE / "rbprm_ros").glob("*.py"))
+    declared = "".join(path.read_text() for path in (PACKAGE / "rbprm_ros").rglob("*.py"))
     for name in ("planner", "scenario"):
         assert f'"{name}"' in text
         assert f'declare_parameter("{name}"' in declared
