@@ -15,6 +15,7 @@ from rbprm_core.cli.calibrate import calibrate
 from rbprm_core.cli.check import check
 from rbprm_core.cli.listing import robots, scenarios
 from rbprm_core.cli.plan import plan
+from rbprm_core.cli.posture import posture
 from rbprm_core.cli.replan import replan
 from rbprm_core.cli.view import view
 from rbprm_core.errors import ErrorCode, RbprmError
@@ -30,13 +31,25 @@ def cli() -> None:
     """Plan acyclic multi-contact sequences for legged robots.
 
     \b
-    Exit codes: 0 success, 1 the plan is invalid, 2 invalid input, 3 start not
-    reachable, 4 goal not reachable, 5 no guide found, 6 no contact sequence
-    found, 7 time limit reached, 70 internal error, 130 interrupted.
+    Exit codes: 0 success, 1 the plan is invalid or no posture found, 2 invalid
+    input, 3 start not reachable, 4 goal not reachable, 5 no guide found, 6 no
+    contact sequence found, 7 time limit reached, 70 internal error, 130
+    interrupted.
     """
 
 
-for command in (plan, replan, check, view, bench, bench_scaling, calibrate, scenarios, robots):
+for command in (
+    plan,
+    posture,
+    replan,
+    check,
+    view,
+    bench,
+    bench_scaling,
+    calibrate,
+    scenarios,
+    robots,
+):
     cli.add_command(command)
 
 
