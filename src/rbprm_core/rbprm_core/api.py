@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from rbprm_core.arrays import Array
 from rbprm_core.budget import Budget, Progress
 from rbprm_core.check import CheckReport, check_plan
-from rbprm_core.environment import load_scene, polygon_entry
+from rbprm_core.environment import environment_classification, load_scene, polygon_entry
 from rbprm_core.errors import InvalidInput
 from rbprm_core.guide.root_bounds import BoundsRule, derived_bounds
 from rbprm_core.guide.root_space import RootBounds
@@ -179,11 +179,8 @@ class Scene(SurfaceScene):
         Raises:
             InvalidInput: a mesh or polygon that cannot be used.
         """
-        entry = environment.classification
         if classification is None:
-            classification = (
-                Classification() if entry is None else Classification(**entry.model_dump())
-            )
+            classification = environment_classification(environment)
         kept = {"classification": ClassificationEntry(**asdict(classification))}
         surfaces = load_scene(environment, classification).surfaces
         return Scene(surfaces, environment.model_copy(update=kept))

@@ -43,6 +43,18 @@ def load_scene(entry: EnvironmentEntry, classification: Classification) -> Scene
     return Scene(surfaces)
 
 
+def environment_classification(entry: EnvironmentEntry) -> Classification:
+    """The rules that assigned kinds to the surfaces of an environment; the defaults if not known.
+
+    Args:
+        entry: the environment.
+    """
+    recorded = entry.classification
+    if recorded is None:
+        return Classification()
+    return Classification(recorded.support, recorded.lean, recorded.min_area)
+
+
 def polygon_surfaces(
     entries: Sequence[SurfaceEntry], classification: Classification, field: str
 ) -> list[Surface]:

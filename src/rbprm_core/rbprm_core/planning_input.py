@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from rbprm_core.environment import load_scene
+from rbprm_core.environment import environment_classification, load_scene
 from rbprm_core.errors import InvalidInput
 from rbprm_core.placement import Placement
 from rbprm_core.plan_record import ContactPlan, EnvironmentEntry, Pose
 from rbprm_core.request import PlanRequest, StageNames, read_options
 from rbprm_core.robot import Robot, RobotDescription
 from rbprm_core.scenario import known_scenarios, load_scenario
-from rbprm_core.scene import Classification, Scene
+from rbprm_core.scene import Scene
 from rbprm_core.validation import naming_fields, parse_record
 
 ROUNDING = 1e-15
@@ -43,9 +43,7 @@ class PlanningInput:
         Raises:
             InvalidInput: a mesh or polygon that cannot be used.
         """
-        entry = self.environment.classification
-        classification = Classification() if entry is None else Classification(**entry.model_dump())
-        return load_scene(self.environment, classification)
+        return load_scene(self.environment, environment_classification(self.environment))
 
 
 def is_plan_file(name: str) -> bool:

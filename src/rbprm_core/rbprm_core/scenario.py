@@ -43,7 +43,8 @@ in `options`."""
 FIELDS = {"options": "options", "stages": "stages", "seed": "seed"}
 """Fields of a `PlanRequest` that a scenario has outside of its table `request`."""
 
-SLIP = 0.9  # difflib's ratio from which on a name is one misspelt: a letter more or less in five
+MISSPELT = 0.9
+"""Ratio of difflib from which on a name counts as a misspelt one: one letter in five differs."""
 
 
 class PoseText(Pose, extra="forbid"):
@@ -88,7 +89,12 @@ else:
 
 
 class TrunkText(Record):
-    """Another trunk volume W0 than the robot file's; see `VolumeSettings`."""
+    """A trunk volume $W_0$ that differs from the robot file's, see `VolumeSettings`.
+
+    Attributes:
+        links: names of the links that make the volume; the robot file's where None.
+        scale: factor by which their hulls are scaled; the robot file's where None.
+    """
 
     links: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
     scale: Annotated[float, Field(ge=1, le=MAX_SCALE)] | None = None
@@ -103,7 +109,13 @@ class SurfaceText(SurfaceEntry, extra="forbid"):
 
 
 class EnvironmentText(Record):
-    """Meshes, polygons, and how normals decide what a surface is good for."""
+    """The environment.
+
+    Attributes:
+        meshes: meshes, which are cut into contact surfaces.
+        surfaces: polygons that are contact surfaces.
+        classification: how normals decide what a surface is used for.
+    """
 
     meshes: tuple[MeshText, ...] = ()
     surfaces: tuple[SurfaceText, ...] = ()
@@ -111,11 +123,13 @@ class EnvironmentText(Record):
 
 
 class EditText(Record):
-    """A change of the environment while the robot walks.
+    """A change of the environment during execution.
 
     Attributes:
-        name: for people. at: share of the sequence's states that are executed when it happens.
-        surfaces: added (a new id) or changed (a known id). removed: ids.
+        name: name of the change, for reports.
+        at: share of the sequence's states that are executed before the change, 0 to 1.
+        surfaces: polygons that are added (new ids) or changed (known ids).
+        removed: ids of the surfaces that are removed.
     """
 
     name: str
@@ -125,15 +139,23 @@ class EditText(Record):
 
 
 class Scenario(Record):
-    """A scenario as its file says it.
+    """The content of a scenario file.
 
     Attributes:
-        limbs: names of the scenario's robot's limbs that make contact; None for its default ones.
-        root_joints: joints of that robot planned with the root; None for its own choice.
-        heuristics, surfaces: of that robot's limbs, by name of limb; the others keep the robot
-            file's.
-        trunk: that robot's volume W0, where it is not the robot file's.
-        edits: changes of the environment, each on top of those before.
+        name: name of the scenario.
+        robot: known name or path of the robot file of the scenario's own robot.
+        limbs: names of the limbs of that robot that make contact; its default ones where None.
+        root_joints: names of the joints of that robot planned with the root; the robot file's
+            choice where None.
+        heuristics: weights of heuristics by name of limb; other limbs keep the robot file's.
+        surfaces: kinds of surface by name of limb; other limbs keep the robot file's.
+        trunk: trunk volume of that robot.
+        environment: meshes and polygons.
+        request: start, goal and conditions.
+        options: options of the planner.
+        stages: implementations by stage.
+        robots: fields of the request that differ for other robots, by name of robot.
+        edits: changes of the environment, each after those before.
     """
 
     name: Annotated[str, Field(pattern=FILE_NAME)]
@@ -151,10 +173,12 @@ class Scenario(Record):
     edits: tuple[EditText, ...] = ()
 
     def load_robot(self, robot: str | None = None) -> Robot:
-        """The robot with the limbs that the scenario uses.
+        """The robot with the limbs, heuristics, surfaces and trunk that the scenario chooses.
+
+        Another robot keeps the choices of its own file.
 
         Args:
-            robot: a known name or a file, instead of the scenario's own robot.
+            robot: known name or path of a robot file; the scenario's own robot where None.
 
         Raises:
             InvalidInput: see `load_description`, `RobotDescription.using` and `Robot.load`;
@@ -173,13 +197,15 @@ class Scenario(Record):
     def request_for(
         self, robot: Robot, seed: int = 0, robustness_threshold: float | None = None
     ) -> PlanRequest:
-        """The request for a robot, which need not be the scenario's own.
+        """The validated request for a robot.
 
         Args:
-            seed: of everything random. robustness_threshold: newtons, instead of the file's.
+            robot: the scenario's own robot, or another one.
+            seed: seed of the random generator.
+            robustness_threshold: minimum raw b0 in newtons; the file's where None.
 
         Raises:
-            InvalidInput: a limb that the robot does not have, empty bounds, a bad quaternion.
+            InvalidInput: see `PlanRequest.validated`; fields are named as in the file.
         """
         fields: RequestFields = self.request_text(robot.name)
         names = FIELDS
@@ -196,12 +222,15 @@ class Scenario(Record):
             )
 
     def request_text(self, robot: str) -> RequestText:
-        """The request as the file says it for a robot.
+        """The request as the file holds it for a robot.
+
+        Args:
+            robot: name of the robot.
 
         Raises:
             InvalidInput: the file has changes for a robot whose name is a known one misspelt.
         """
-        # Other names may be of robots of the user's own, which are known by their files alone.
+        # Other names may belong to a user's own robots, which are known by their files alone.
         for name in self.robots:
             meant = None if name == robot else _misspelt(name)
             if meant is not None:
@@ -229,6 +258,10 @@ class Scenario(Record):
     def edited(self, scene: Scene, edit: int) -> Scene:
         """A scene after one of the scenario's edits.
 
+        Args:
+            scene: scene before the edit.
+            edit: index of the edit.
+
         Raises:
             InvalidInput: a polygon that cannot be used, a removed id that is not there.
         """
@@ -243,7 +276,10 @@ def known_scenarios() -> dict[str, Path]:
 
 
 def load_scenario(scenario: str) -> Scenario:
-    """A scenario by a known name or by the path of a file.
+    """The scenario of a known name or of a file.
+
+    Args:
+        scenario: known name, or path of a scenario file.
 
     Raises:
         InvalidInput: unknown scenario, unreadable file, or a field at fault.
@@ -252,7 +288,7 @@ def load_scenario(scenario: str) -> Scenario:
 
 
 def parse_scenario(data: dict[str, Any]) -> Scenario:
-    """A scenario from the content of its file; options may have their old names.
+    """The scenario of a file's content; options may have their old names.
 
     Args:
         data: tables of the file.
@@ -271,13 +307,13 @@ def _place(option: str) -> str:
 
 
 def _misspelt(name: str) -> str | None:
-    """The known robot whose name a name is nearly, but is not."""
+    """The known robot that a misspelt name means; None for a known name, or for none like it."""
     known = known_robots()
     if name in known:
         return None
     # Another number is another robot.
     numbered = [other for other in known if _digits(other) == _digits(name)]
-    return next(iter(get_close_matches(name.lower(), numbered, 1, SLIP)), None)
+    return next(iter(get_close_matches(name.lower(), numbered, 1, MISSPELT)), None)
 
 
 def _digits(name: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""Checks of values from outside: each error names the field and its value."""
+"""Validation of values from outside: each error names the field and its value."""
 
 from __future__ import annotations
 
@@ -7,31 +7,30 @@ from contextlib import contextmanager
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from rbprm_core.arrays import Array
 from rbprm_core.errors import InvalidInput
 
 FILE_NAME = r"^[A-Za-z0-9_.-]+$"  # names that become part of a file's name
-MAX_COORDINATE = (
-    1e5  # metres; coordinates beyond leave nothing of a millimetre in the products of geometry
-)
-
+MAX_COORDINATE = 1e5
+"""Metres; products of larger coordinates are not exact to a millimetre."""
 MAX_FRICTION = 10.0  # rubber on rock has 1 or 2; statics lose their digits from 1e5 on
 MAX_GRAVITY = 100.0  # m/s^2, four times Jupiter's
 MAX_FORCE = 1e6  # newtons; written for an infinite b0 too, since JSON has no infinity
-MAX_COUNT = 10**9  # of whatever is counted or tried
+MAX_COUNT = 10**9  # upper bound of every option that is a number of things
 
 Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
 Length = Annotated[float, Field(ge=0, le=MAX_COORDINATE)]
 PositiveLength = Annotated[float, Field(gt=0, le=MAX_COORDINATE)]
 Step = Annotated[float, Field(ge=1e-4, le=MAX_COORDINATE)]
-"""A length in metres that ways are divided into: short enough ones take all time and memory."""
+"""Length in metres of the pieces of a path; much shorter ones would take all time and memory."""
 
 Acceleration = Annotated[float, Field(ge=-MAX_GRAVITY, le=MAX_GRAVITY)]
 Friction = Annotated[float, Field(ge=0, le=MAX_FRICTION)]
 Robustness = Annotated[float, Field(ge=0, le=MAX_FORCE)]
-"""A least b0, newtons."""
+"""Minimum raw b0, newtons."""
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -42,7 +41,16 @@ class Record(BaseModel):
 
 
 def parse_record(kind: type[Model], data: object, prefix: str = "") -> Model:
-    """Build a record, turning the first failure into an `InvalidInput` that names its field."""
+    """The record of some data.
+
+    Args:
+        kind: class of the record.
+        data: nested tables and lists, as read from a file.
+        prefix: dotted name of the data in errors; "" for none.
+
+    Raises:
+        InvalidInput: names the first field that pydantic refuses.
+    """
     try:
         return kind.model_validate(data)
     except ValidationError as error:
@@ -92,7 +100,7 @@ def renamed_field(field: str, names: Mapping[str, str], prefix: str = "") -> str
 
 
 def _place(data: object, location: tuple[int | str, ...]) -> list[str]:
-    """Keys that lead to a failure: pydantic's, without the tags of unions, which are no keys."""
+    """Keys that lead to a failure: those of pydantic without the tags of unions."""
     path, place = [], data
     for i, part in enumerate(location):
         if isinstance(place, dict):
@@ -107,8 +115,13 @@ def _place(data: object, location: tuple[int | str, ...]) -> list[str]:
     return path
 
 
-def finite_array(field: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Array of floats of a shape (-1 for any length) with every entry finite.
+def finite_array(field: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """The array of finite floats of a value.
+
+    Args:
+        field: name of the value in errors.
+        value: numbers, nested as the shape demands.
+        shape: wanted shape; -1 stands for any length.
 
     Raises:
         InvalidInput: other shape, not numbers, NaN or infinity.
@@ -128,8 +141,13 @@ def finite_array(field: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArra
     return array
 
 
-def coordinates(field: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Finite array whose entries are coordinates in metres.
+def coordinates(field: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """The array of finite coordinates of a value, metres.
+
+    Args:
+        field: name of the value in errors.
+        value: numbers, nested as the shape demands.
+        shape: wanted shape; -1 stands for any length.
 
     Raises:
         InvalidInput: as `finite_array`, or farther from the origin than geometry can be exact.
@@ -141,7 +159,13 @@ def coordinates(field: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArray
 
 
 def finite_number(field: str, value: Any, low: float = -np.inf, high: float = np.inf) -> float:
-    """Finite number within closed bounds.
+    """The finite number of a value.
+
+    Args:
+        field: name of the value in errors.
+        value: the value.
+        low: least number allowed.
+        high: largest number allowed.
 
     Raises:
         InvalidInput: not a number, not finite or out of bounds.
@@ -155,7 +179,12 @@ def finite_number(field: str, value: Any, low: float = -np.inf, high: float = np
 
 
 def one_of(field: str, value: str, known: Sequence[str]) -> str:
-    """A known name.
+    """The value, which is a known name.
+
+    Args:
+        field: name of the value in errors.
+        value: the value.
+        known: known names.
 
     Raises:
         InvalidInput: unknown; the text lists what is known.

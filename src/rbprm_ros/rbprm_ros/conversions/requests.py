@@ -1,4 +1,4 @@
-"""Plan requests: the node reads them, an executive writes them."""
+"""Conversion between plan requests and their messages."""
 
 from __future__ import annotations
 
@@ -55,7 +55,12 @@ FIELDS = {
 def job_of_message(
     message: Plan.Request | PlanContacts.Goal, settings: Settings, environment: Environment
 ) -> Job:
-    """The work that a call or a goal asks for, on the surfaces as they are now.
+    """The job of a call or a goal, on the surfaces as they are now.
+
+    Args:
+        message: request of the call, or the goal.
+        settings: parameters of the node.
+        environment: environment with its newest surfaces.
 
     Raises:
         InvalidInput: names the field at fault; `surfaces` if there are none.
@@ -106,11 +111,14 @@ def replan_job_of_message(
     settings: Settings,
     environment: Environment,
 ) -> Job:
-    """The work that a replan call asks for.
+    """The job of a replan call.
 
     Args:
-        base: the published sequence. default_from: index of the state to go on from where the call
-            leaves that to the node.
+        message: request of the call.
+        base: the published sequence.
+        default_from: index of the state to go on from where the call leaves it to the node.
+        settings: parameters of the node.
+        environment: environment with its newest surfaces.
 
     Raises:
         InvalidInput: names the field at fault; `surfaces` if there are none.
@@ -147,7 +155,7 @@ def replan_job_of_message(
 def _kept(
     message: Replan.Request, base: PublishedSequence, default_from: int, limbs: int
 ) -> tuple[tuple[StateEntry, ...], bool]:
-    """The states that stay, and whether it is one that was measured."""
+    """The states that stay, and True where it is a measured one."""
     states = base.plan.states
     if message.measured_state:
         state = read_state(message.measured_state[0], "measured_state.0", limbs)
@@ -166,11 +174,13 @@ def _kept(
 def request_message(
     request: PlanRequest, robot: str, time_limit: float, frame: str = ""
 ) -> Plan.Request:
-    """The message that asks for a plan.
+    """The message of a request.
 
     Args:
-        robot: name; "" for the node's own. time_limit: seconds; 0 for the node's own.
-        frame: of the poses; "" for the planning frame.
+        request: the request.
+        robot: name of the robot; "" for the node's own.
+        time_limit: longest planning time, seconds; 0 for the node's own.
+        frame: frame of the poses; "" for the planning frame.
     """
     bounds = request.bounds
     yaw, pitch, roll = bounds.half_ranges.tolist()
