@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
 
-from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
 from rbprm_core.body.state import State
 
@@ -104,7 +105,7 @@ def is_kept(old: Contact | None, new: Contact | None) -> bool:
     return old is new or float(np.linalg.norm(new.position - old.position)) < SAME_CONTACT
 
 
-def contact_action(old: Array | None, new: Array | None) -> Action:
+def contact_action(old: Sequence[float] | None, new: Sequence[float] | None) -> Action:
     """What happens to a limb's contact from one state to the next, from its positions alone.
 
     Args:
@@ -115,4 +116,4 @@ def contact_action(old: Array | None, new: Array | None) -> Action:
         return Action.NONE if new is None else Action.MAKE
     if new is None:
         return Action.BREAK
-    return Action.NONE if float(np.linalg.norm(new - old)) < SAME_CONTACT else Action.MOVE
+    return Action.NONE if math.dist(old, new) < SAME_CONTACT else Action.MOVE

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
-import numpy as np
 import pinocchio as pin
 
 from rbprm_core.arrays import Array
@@ -117,8 +116,8 @@ def transition_entries(states: Sequence[StateEntry]) -> tuple[TransitionEntry, .
 
 def _transition(before: StateEntry, after: StateEntry) -> TransitionEntry:
     """The first change of a contact in the order of the limbs' names; of a valid plan, the only."""
-    old = {contact.limb: np.array(contact.position) for contact in before.contacts}
-    new = {contact.limb: np.array(contact.position) for contact in after.contacts}
+    old = {contact.limb: contact.position for contact in before.contacts}
+    new = {contact.limb: contact.position for contact in after.contacts}
     for limb in sorted({*old, *new}):
         action = contact_action(old.get(limb), new.get(limb))
         if action is not Action.NONE:
