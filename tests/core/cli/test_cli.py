@@ -58,6 +58,8 @@ vertices = [[1.0, 0.3, 0.0], [5.0, 0.3, 0.0], [5.0, 0.5, 0.0], [1.0, 0.5, 0.0]]"
 LEFT = 'required_limbs = ["lf_leg", "lh_leg"]'
 UNHELD = {"goal": 5.0, "bridge": BRIDGE, "more": LEFT}
 
+VERSION_1 = Path(__file__).parents[1] / "data" / "version_1.plan.json"
+
 Run = Callable[..., subprocess.CompletedProcess[str]]
 Refuse = Callable[..., str]
 
@@ -156,9 +158,15 @@ def test_a_plan_file_is_planned_again(
     assert "robot = 'anymal': a plan is planned again" in refuse("plan", first, "--robot", "anymal")
 
 
+def test_a_plan_of_version_1_is_checked_and_shown(run: Run, tmp_path: Path) -> None:
+    assert run("check", str(VERSION_1)).returncode == VALID
+    page = tmp_path / "plan.html"
+    assert run("view", str(VERSION_1), "--out", str(page)).returncode == VALID
+    assert "<html" in page.read_text()[:2000]
+
+
 def test_a_plan_of_version_1_is_not_planned_again(refuse: Refuse) -> None:
-    file = Path(__file__).parents[1] / "data" / "version_1.plan.json"
-    assert "robot.description = None: is missing" in refuse("plan", str(file))
+    assert "robot.description = None: is missing" in refuse("plan", str(VERSION_1))
     assert "cannot be read" in refuse("plan", "absent.json")
 
 
