@@ -177,15 +177,15 @@ def test_old_names_of_options_work_with_a_warning() -> None:
     data["environment"]["classification"] = {"least_area": 0.01}
     with pytest.warns(FutureWarning) as warned:
         text = parse(data)
-    told = [str(warning.message) for warning in warned]
-    assert len(told) == 4
+    warnings_shown = [str(warning.message) for warning in warned]
+    assert len(warnings_shown) == 4
     for old, new in (
         ("options.sequence.least_step", "options.sequence.min_step"),
         ("options.generator.most_robust", "options.generator.accept_below_threshold"),
         ("options.guide.planner", "stages.guide"),
         ("environment.classification.least_area", "environment.classification.min_area"),
     ):
-        assert any(line.startswith(f"{old} is now called {new};") for line in told)
+        assert any(line.startswith(f"{old} is now called {new};") for line in warnings_shown)
     assert text.options.sequence.min_step == 0.02
     assert text.stages.guide == "prm"
     assert text.options.generator.accept_below_threshold
@@ -235,8 +235,8 @@ def test_the_papers_scenarios_of_a_humanoid(name: str, limbs: set[str], trunk: i
 
 def test_limbs_asked_for_at_the_goal(hyq: Robot) -> None:
     assert parse(content()).request_for(hyq).goal_limbs is None
-    asked = parse(content(goal_limbs=["rh_leg", "lf_leg"])).request_for(hyq)
-    assert asked.goal_limbs == ("rh_leg", "lf_leg")
+    request = parse(content(goal_limbs=["rh_leg", "lf_leg"])).request_for(hyq)
+    assert request.goal_limbs == ("rh_leg", "lf_leg")
     with pytest.raises(InvalidInput, match="is named twice"):
         parse(content(goal_limbs=["rh_leg", "rh_leg"])).request_for(hyq)
 

@@ -1,4 +1,4 @@
-"""States from the words of a plan, and from measurements that are a little off."""
+"""States from the entries of a plan, and from measurements with small errors."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_states_that_share_a_contact_share_the_object(climb: Planned) -> None:
 
 
 def moved(entry: StateEntry, lift: float, lean: float) -> StateEntry:
-    """The words of a state whose root and contacts were measured a little off."""
+    """The entry of a state whose root and contacts were measured with small errors."""
     turn = pin.Quaternion(pin.rpy.rpyToMatrix(lean, 0.0, 0.0))
 
     def off(contact: ContactEntry) -> ContactEntry:
@@ -111,7 +111,7 @@ def test_measured_contacts_are_laid_onto_their_surfaces(climb: Planned, lift: fl
 
 
 def changed(entry: StateEntry, path: str, value: Any) -> StateEntry:
-    """The words of a state with one of them replaced, whatever the type says."""
+    """The entry of a state with one value replaced, of any type."""
     key, *rest = path.split(".")
     if not rest:
         return entry.model_copy(update={key: value})
