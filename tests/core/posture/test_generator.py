@@ -150,7 +150,7 @@ def test_a_free_contact_lies_inside_the_edges_of_its_surface(walks: Walks, name:
             assert abs(surface.normal @ (point - plane.origin)) < 1e-9
         assert _depth(surface.polygon.pieces[piece], surface.normal, contact) > 0.01 - 2e-5
     assert tried > 4
-    assert solved >= 0.8 * tried
+    assert solved >= 0.9 * tried
 
 
 def _depth(ring: Array, normal: Array, contact: Contact) -> float:
@@ -165,7 +165,7 @@ def test_a_criterion_makes_postures_better(rubble_walk: Sequence) -> None:
     state = rubble_walk.states[3]
     plain = PostureProblem(state.contacts, state.contacts, 5.0)
     criterion = Robustness(rubble_walk.model.stability, state.contacts)
-    generator = rubble_walk.solver(max_steps=40, criterion_steps=30)
+    generator = rubble_walk.solver(criterion_steps=20)
     robust = state_of(generator.solve(replace(plain, criterion=criterion), state.q))
     assert robust.robustness > state.robustness + 1.0
     reference = rubble_walk.states[4].q

@@ -63,7 +63,7 @@ def test_it_finds_a_point_that_satisfies_the_constraints() -> None:
 
 
 def test_more_steps_reduce_the_criterion() -> None:
-    options = SqpOptions(max_steps=60, criterion_steps=50)
+    options = SqpOptions(criterion_steps=50)
     found = minimise(Circle(np.array([0.75, 1.0])), np.array([2.0, 0.1]), options)
     assert found.point == pytest.approx([0.6, 0.8], abs=1e-3)
 

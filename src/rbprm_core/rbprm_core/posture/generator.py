@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from rbprm_core.arrays import Array
 from rbprm_core.body.state import State
 from rbprm_core.failures import Failure
@@ -26,15 +28,14 @@ class SqpPostureGenerator:
         options: PostureOptions = PostureOptions(),  # noqa: B008 (frozen)
     ) -> None:
         self._model, self._margin = PostureModel(setting), options.margin
+        self._criterion_steps = options.criterion_steps
         self._options = SqpOptions(
-            max_steps=options.max_steps,
-            criterion_steps=options.criterion_steps,
-            max_step=options.max_step,
-            qp_solver=options.qp_solver,
+            max_steps=options.max_steps, max_step=options.max_step, qp_solver=options.qp_solver
         )
 
     def solve(self, problem: PostureProblem, start: Array) -> State | Failure:
         """See `PostureGenerator.solve`."""
         program = PostureProgram(self._model, problem, start, self._margin)
-        minimise(program, start, self._options)
+        steps = 0 if problem.criterion is None else self._criterion_steps
+        minimise(program, start, replace(self._options, criterion_steps=steps))
         return program.failure if program.accepted is None else program.accepted

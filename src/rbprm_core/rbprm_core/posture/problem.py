@@ -25,7 +25,7 @@ class PostureProblem:
         free_contacts: contacts whose place on a surface is found; they carry nothing.
         max_torque_ratio: largest share of a joint's effort limit, None where torques do not count.
         tasks: further constraints, such as a link kept upright.
-        criterion: what is minimised; None for the distance from the start configuration.
+        criterion: what is minimised; None for any posture, found by short steps from the start.
     """
 
     contacts: tuple[Contact, ...]

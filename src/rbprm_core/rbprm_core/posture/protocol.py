@@ -57,15 +57,15 @@ class PostureOptions:
 
     Attributes:
         margin: smallest distance between bodies, and between bodies and the environment, metres.
-        max_steps: largest number of steps of the solver.
-        criterion_steps: steps taken to reduce the criterion once the constraints are satisfied.
+        max_steps: largest number of steps until the constraints are satisfied.
+        criterion_steps: largest number of steps after that, for problems with a criterion.
         max_step: largest change of a coordinate in one step, metres or radians.
         qp_solver: solver of the quadratic programs: daqp, osqp or proxqp.
     """
 
     margin: float = 1e-3
     max_steps: int = 16
-    criterion_steps: int = 0
+    criterion_steps: int = 10
     max_step: float = 0.3
     qp_solver: str = "daqp"
 

@@ -1,8 +1,10 @@
 """Sequential quadratic programming in the tangent space; knows nothing of robots.
 
-Each step minimises the criterion's quadratic model under the linearised constraints and a trust
-region. The constraints may contradict each other, as far from the contacts: each of them may be
-broken at a price, so high that this happens only where it must.
+From a point that violates constraints, a step is the shortest one to the linearised constraints, in
+the criterion's metric and inside a trust region: the criterion's pull would only slow it down. From
+a point that satisfies them, a step minimises the criterion's quadratic model under the constraints.
+The constraints may contradict each other, as far from the contacts: each of them may be broken at a
+price, so high that this happens only where it must.
 """
 
 from __future__ import annotations
@@ -82,8 +84,8 @@ class SqpOptions:
     """Options of the solver.
 
     Attributes:
-        max_steps: largest number of steps.
-        criterion_steps: steps taken for the criterion's sake once the constraints are satisfied.
+        max_steps: largest number of steps until the constraints are satisfied.
+        criterion_steps: largest number of steps after that, for the criterion's sake.
         min_step: length of a step below which the criterion counts as minimal.
         max_step: largest change of a coordinate in one step.
         patience: number of steps after which the distance to the constraints must have shrunk.
@@ -125,20 +127,21 @@ def minimise(program: NonlinearProgram[X], start: X, options: SqpOptions) -> Sqp
     """
     point, best, left = start, None, options.criterion_steps
     region, restarted = TrustRegion(options), False
-    for steps in range(options.max_steps + 1):
+    for steps in range(options.max_steps + options.criterion_steps + 1):
         local = program.linearise(point)
-        if local.violation <= 1.0:
-            if program.accepts(point):
-                best, left = point, left - 1
-            elif best is None and not restarted:
-                # The new constraints are linearised best where they are satisfied.
-                point, region, restarted = start, TrustRegion(options), True
-                local = program.linearise(point)
+        feasible = local.violation <= 1.0 and program.accepts(point)
+        if feasible:
+            best = point
+        elif local.violation <= 1.0 and best is None and not restarted:
+            # The new constraints are linearised best where they are satisfied.
+            point, region, restarted = start, TrustRegion(options), True
+            local = program.linearise(point)
         region.update(_distance(local))
-        if left < 0 or steps == options.max_steps or (best is None and region.stalls):
+        left -= best is not None
+        if left < 0 or (best is None and (steps >= options.max_steps or region.stalls)):
             break
-        step = _step(local, region.radius, options)
-        if step is None or (best is not None and np.abs(step).max() < options.min_step):
+        step = _step(local, region.radius, feasible, options)
+        if step is None or (feasible and np.abs(step).max() < options.min_step):
             break
         point = program.moved(point, step)
     return SqpResult(point if best is None else best, best is not None, steps)
@@ -186,11 +189,18 @@ def _distance(local: Linearisation) -> float:
     return float((broken / np.maximum(norms, MIN_NORM)).max(initial=0.0))
 
 
-def _step(local: Linearisation, radius: float, options: SqpOptions) -> Array | None:
-    """The step (k,) of the linearised program, its rows broken where they contradict each other."""
+def _step(local: Linearisation, radius: float, pulled: bool, options: SqpOptions) -> Array | None:
+    """The step (k,) of the linearised program, its rows broken where they contradict each other.
+
+    Args:
+        local: the linearised program.
+        radius: largest change of a coordinate.
+        pulled: False for the shortest step to the constraints, without the criterion's gradient.
+        options: options of the solver.
+    """
     program = QuadraticProgram(
         local.hessian,
-        local.gradient,
+        local.gradient if pulled else np.zeros(len(local.gradient)),
         local.matrix,
         local.lower,
         local.upper,
