@@ -95,7 +95,11 @@ class NodeError(RbprmError):
 
 
 def error_data(error: Exception) -> ErrorData:
-    """The data of an error; the code of unforeseen errors is INTERNAL."""
+    """The data of an error; the code of unforeseen errors is INTERNAL.
+
+    Args:
+        error: any exception of planning or serving.
+    """
     text = str(error)
     match error:
         case PlanningFailed() | NodeError():

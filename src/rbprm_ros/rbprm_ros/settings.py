@@ -107,5 +107,9 @@ def parse_settings(nested: dict[str, Any]) -> Settings:
 
 
 def parameter_name(path: tuple[str, ...]) -> str:
-    """Name of the parameter for a path of nested fields in `Settings`."""
+    """Name of the parameter for a path of nested fields in `Settings`.
+
+    Args:
+        path: names of the nested fields.
+    """
     return ".".join(path[1:] if path[0] == TOP else path)

@@ -107,7 +107,11 @@ class BagWriter:
         self.count = 0
 
     def write(self, message: BagMessage) -> None:
-        """Append a message."""
+        """Append a message.
+
+        Args:
+            message: the message.
+        """
         connection = self._connections.get(message.topic)
         if connection is None:
             connection = self._connections[message.topic] = self._connect(message.topic)
@@ -171,7 +175,11 @@ def typestore() -> Typestore:
 
 
 def type_name(kind: type[Any]) -> str:
-    """The name of a message class in bags."""
+    """The name of a message class in bags.
+
+    Args:
+        kind: class of the messages.
+    """
     return f"{kind.__module__.partition('.')[0]}/msg/{kind.__name__}"
 
 

@@ -78,7 +78,11 @@ class Mission:
 
 
 def parts_without_message(scenario: Scenario) -> list[str]:
-    """The parts of a scenario that influence planning and that no message carries."""
+    """The parts of a scenario that influence planning and that no message carries.
+
+    Args:
+        scenario: the scenario.
+    """
     parts = {
         "[heuristics]": bool(scenario.heuristics),
         "[surfaces]": bool(scenario.surfaces),

@@ -72,11 +72,19 @@ class PlanCall:
         return bool(client.answer(request, "answer to the cancellation", timeout).goals_canceling)
 
     def on_feedback(self, message: Any) -> None:
-        """Keep the newest feedback; called in the executor's thread."""
+        """Keep the newest feedback; called in the executor's thread.
+
+        Args:
+            message: feedback of the action.
+        """
         self.feedback = message.feedback
 
     def on_response(self, future: Future) -> None:
-        """The planner accepted or refused the goal; called in the executor's thread."""
+        """The planner accepted or refused the goal; called in the executor's thread.
+
+        Args:
+            future: future of the planner's response.
+        """
         handle = future.result()
         if not handle.accepted:
             self._error = RuntimeError("the planner refused it; is it shutting down?")

@@ -231,7 +231,11 @@ class PlannerClient:
         return future.result()
 
     def in_executor(self, make: Callable[[], Any]) -> Any:
-        """Call a function in the thread that runs the callbacks, and return its result."""
+        """Call a function in the thread that runs the callbacks, and return its result.
+
+        Args:
+            make: the function.
+        """
         executor = self._node.executor
         if self._spin_until is not None or executor is None:
             return make()

@@ -22,23 +22,41 @@ NANOSECONDS = 1_000_000_000  # per second
 
 
 def triple(message: Point | Vector3) -> Triple:
-    """The coordinates (3,) of a point or vector."""
+    """The coordinates (3,) of a point or vector.
+
+    Args:
+        message: a point or vector.
+    """
     return (message.x, message.y, message.z)
 
 
 def quadruple(message: Quaternion) -> Quadruple:
-    """The quaternion [x, y, z, w] of a message."""
+    """The quaternion [x, y, z, w] of a message.
+
+    Args:
+        message: a quaternion.
+    """
     return (message.x, message.y, message.z, message.w)
 
 
 def vector_message(kind: type[Vector], values: Iterable[float]) -> Vector:
-    """A point or vector with three coordinates."""
+    """A point or vector with three coordinates.
+
+    Args:
+        kind: class of the message.
+        values: (3,) coordinates.
+    """
     x, y, z = map(float, values)
     return kind(x=x, y=y, z=z)
 
 
 def pose_message(position: Iterable[float], orientation: Iterable[float]) -> PoseMessage:
-    """A pose with a position (3,), metres, and a quaternion [x, y, z, w]."""
+    """A pose with a position (3,), metres, and a quaternion [x, y, z, w].
+
+    Args:
+        position: (3,) metres.
+        orientation: (4,) unit quaternion [x, y, z, w].
+    """
     x, y, z, w = map(float, orientation)
     return PoseMessage(
         position=vector_message(Point, position), orientation=Quaternion(x=x, y=y, z=z, w=w)
@@ -46,7 +64,11 @@ def pose_message(position: Iterable[float], orientation: Iterable[float]) -> Pos
 
 
 def pose_of_message(message: PoseMessage) -> Pose:
-    """The pose of a message as a plan record holds it."""
+    """The pose of a message as a plan record holds it.
+
+    Args:
+        message: a pose, metres.
+    """
     return Pose(position=triple(message.position), orientation=quadruple(message.orientation))
 
 
@@ -64,12 +86,20 @@ def placement_of_message(message: PoseMessage, field: str) -> Placement:
 
 
 def nanoseconds_of(message: Time) -> int:
-    """The time of a message, nanoseconds."""
+    """The time of a message, nanoseconds.
+
+    Args:
+        message: a time.
+    """
     return int(message.sec) * NANOSECONDS + int(message.nanosec)
 
 
 def time_message(nanoseconds: int) -> Time:
-    """The message of a time in nanoseconds."""
+    """The message of a time in nanoseconds.
+
+    Args:
+        nanoseconds: the time, nanoseconds.
+    """
     sec, nanosec = divmod(nanoseconds, NANOSECONDS)
     return Time(sec=sec, nanosec=nanosec)
 

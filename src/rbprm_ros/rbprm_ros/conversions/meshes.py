@@ -50,7 +50,11 @@ def triangles_of_mesh(message: Mesh, field: str) -> Array:
 
 
 def mesh_message(triangles: Array) -> Mesh:
-    """The mesh of triangles (n, 3, 3), metres; a shared corner is one vertex."""
+    """The mesh of triangles (n, 3, 3), metres; a shared corner is one vertex.
+
+    Args:
+        triangles: (n, 3, 3) corners of the triangles, metres.
+    """
     corners, faces = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
     rows = faces.reshape(-1, 3).astype(np.uint32)
     return Mesh(
@@ -79,13 +83,23 @@ def points_array(points: Sequence[Point], field: str) -> Array:
 
 
 def areas(triangles: Array) -> Array:
-    """The areas (n,) of triangles (n, 3, 3), square metres."""
+    """The areas (n,) of triangles (n, 3, 3), square metres.
+
+    Args:
+        triangles: (n, 3, 3) corners of the triangles, metres.
+    """
     sides = triangles[:, 1:] - triangles[:, :1]
     return np.asarray(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2)
 
 
 def require_triangles(field: str, count: int, settings: Settings) -> None:
-    """Refuse more triangles than the parameter `max_triangles` allows."""
+    """Refuse more triangles than the parameter `max_triangles` allows.
+
+    Args:
+        field: field of the message, for the error.
+        count: number of triangles.
+        settings: parameters of the node.
+    """
     if count > settings.max_triangles:
         reason = f"are too many; the parameter max_triangles is {settings.max_triangles}"
         raise InvalidInput(field, f"{count} triangles", reason)

@@ -100,13 +100,22 @@ def sequence_message(
 
 
 def guide_message(plan: ContactPlan, header: Header) -> Path:
-    """The message of a plan's guide path."""
+    """The message of a plan's guide path.
+
+    Args:
+        plan: the plan.
+        header: header in the planning frame.
+    """
     poses = [PoseStamped(header=header, pose=_pose_message(pose)) for pose in plan.guide]
     return Path(header=header, poses=poses)
 
 
 def statistics_message(plan: ContactPlan) -> PlanStatistics:
-    """The message of a plan's times and counts."""
+    """The message of a plan's times and counts.
+
+    Args:
+        plan: the plan.
+    """
     time, counts = plan.statistics.time, plan.statistics.counts
     return PlanStatistics(
         times=[

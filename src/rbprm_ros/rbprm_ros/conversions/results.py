@@ -13,7 +13,11 @@ from rbprm_ros.errors import NO_ERROR, ErrorData
 
 
 def result_message(error: ErrorData = NO_ERROR) -> PlanningResult:
-    """The message of an error; by default of success."""
+    """The message of an error; by default of success.
+
+    Args:
+        error: data of the error.
+    """
     return PlanningResult(
         code=int(error.code),
         text=error.text,
@@ -27,7 +31,11 @@ def result_message(error: ErrorData = NO_ERROR) -> PlanningResult:
 
 
 def success_message(plan: ContactPlan) -> PlanningResult:
-    """The message of a success; its text says what the plan lacks of the request."""
+    """The message of a success; its text says what the plan lacks of the request.
+
+    Args:
+        plan: the plan.
+    """
     texts = [text for text in (_low_robustness(plan), _missing_limbs(plan)) if text]
     return result_message(replace(NO_ERROR, text="; ".join(texts)))
 

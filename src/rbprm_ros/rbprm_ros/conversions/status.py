@@ -41,7 +41,11 @@ def status_message(
 
 
 def invalid_state_messages(states: Iterable[InvalidState]) -> list[InvalidStateMessage]:
-    """The messages of invalid states."""
+    """The messages of invalid states.
+
+    Args:
+        states: the invalid states.
+    """
     return [
         InvalidStateMessage(
             index=state.index,

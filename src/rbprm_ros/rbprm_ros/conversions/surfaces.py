@@ -58,12 +58,22 @@ def update_of_message(message: SurfaceArray, settings: Settings) -> SurfaceUpdat
 
 
 def surfaces_message(surfaces: Iterable[Surface], header: Header) -> SurfaceArray:
-    """A snapshot of surfaces, without obstacles."""
+    """A snapshot of surfaces, without obstacles.
+
+    Args:
+        surfaces: the surfaces.
+        header: header in the planning frame.
+    """
     return SurfaceArray(header=header, surfaces=[_message(surface) for surface in surfaces])
 
 
 def environment_message(snapshot: Snapshot, header: Header) -> SurfaceArray:
-    """The message of a snapshot: polygons as they were received, and obstacles."""
+    """The message of a snapshot: polygons as they were received, and obstacles.
+
+    Args:
+        snapshot: the environment.
+        header: header in the planning frame.
+    """
     return SurfaceArray(
         header=header,
         surfaces=[_entry_message(entry) for entry in snapshot.entry.surfaces],

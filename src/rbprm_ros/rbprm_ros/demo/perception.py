@@ -68,6 +68,9 @@ class Perception:
 def scenario_surfaces(scenario: Scenario) -> tuple[Surface, ...]:
     """The surfaces of a scenario's environment, without slivers too small for a polygon.
 
+    Args:
+        scenario: the scenario.
+
     Raises:
         InvalidInput: the environment cannot be read.
     """

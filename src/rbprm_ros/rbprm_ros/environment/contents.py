@@ -36,7 +36,11 @@ class Contents:
         return Contents(dict(self.surfaces), dict(self.obstacles), dict(self.meshes))
 
     def remove(self, identity: str) -> bool:
-        """Remove a surface, an obstacle, or a mesh with its surfaces; False for an unknown id."""
+        """Remove a surface, an obstacle, or a mesh with its surfaces; False for an unknown id.
+
+        Args:
+            identity: id of the surface, obstacle or mesh.
+        """
         tables = (self.surfaces, self.obstacles, self.meshes)
         mesh = self.meshes.get(identity)
         found = [table.pop(identity, None) is not None for table in tables]
@@ -45,7 +49,11 @@ class Contents:
         return any(found)
 
     def differs(self, other: Contents) -> bool:
-        """Whether surfaces or obstacles are others, or in another order."""
+        """Whether surfaces or obstacles are others, or in another order.
+
+        Args:
+            other: the contents to compare with.
+        """
         surfaces = list(self.surfaces.values()) != list(other.surfaces.values())
         return surfaces or list(self.obstacles.values()) != list(other.obstacles.values())
 

@@ -34,7 +34,12 @@ class FoundSurfaces:
     obstacle: Obstacle | None
 
     def is_result_for(self, mesh: MeshUpdate, rule: Classification) -> bool:
-        """Whether searching a mesh by a rule would give this again."""
+        """Whether searching a mesh by a rule would give this again.
+
+        Args:
+            mesh: the mesh.
+            rule: classification by which it would be searched.
+        """
         return self.rule == rule and self.mesh.same(mesh)
 
 

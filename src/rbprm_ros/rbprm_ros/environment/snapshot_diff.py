@@ -27,7 +27,12 @@ class SnapshotDiff:
 
 
 def diff_between(before: Snapshot, after: Snapshot) -> SnapshotDiff:
-    """The difference between two snapshots; surfaces that are the same object are not new."""
+    """The difference between two snapshots; surfaces that are the same object are not new.
+
+    Args:
+        before: the earlier snapshot.
+        after: the later snapshot.
+    """
     surfaces = {id(surface): i for i, surface in enumerate(before.surfaces)}
     obstacles = {id(obstacle): i for i, obstacle in enumerate(before.obstacles)}
     known = zip(after.entry.surfaces, after.surfaces, strict=True)
@@ -40,7 +45,12 @@ def diff_between(before: Snapshot, after: Snapshot) -> SnapshotDiff:
 
 
 def apply_diff(before: Snapshot, diff: SnapshotDiff) -> Snapshot:
-    """The later snapshot, from the earlier one and the difference between them."""
+    """The later snapshot, from the earlier one and the difference between them.
+
+    Args:
+        before: the earlier snapshot.
+        diff: difference from it to the later one.
+    """
     known = list(zip(before.entry.surfaces, before.surfaces, strict=True))
     surfaces = [known[item] if isinstance(item, int) else item for item in diff.surfaces]
     return Snapshot(

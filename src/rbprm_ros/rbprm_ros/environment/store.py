@@ -49,7 +49,11 @@ class Environment:
             self._snapshot = Snapshot(version=self.version + 1)
 
     def unsearched(self, update: SurfaceUpdate) -> tuple[MeshUpdate, ...]:
-        """The meshes of an update that are unknown, or were searched by another rule."""
+        """The meshes of an update that are unknown, or were searched by another rule.
+
+        Args:
+            update: the update.
+        """
         found = self._contents.meshes
         return tuple(
             mesh

@@ -50,6 +50,9 @@ class UpdateQueue:
     def add(self, update: SurfaceUpdate) -> Future:
         """Add an update behind those that wait.
 
+        Args:
+            update: the update.
+
         Returns:
             A future that is done when the update is accepted. It raises `InvalidInput`, which names
             the field, where the update is refused, and `Cancelled` where `clear` came first.

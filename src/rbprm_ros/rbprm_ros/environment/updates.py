@@ -48,7 +48,11 @@ class MeshUpdate:
     namespace: str = ""
 
     def same(self, other: MeshUpdate) -> bool:
-        """Whether another mesh has the same triangles and friction."""
+        """Whether another mesh has the same triangles and friction.
+
+        Args:
+            other: the mesh to compare with.
+        """
         return self.friction == other.friction and np.array_equal(self.triangles, other.triangles)
 
 
@@ -81,6 +85,9 @@ class SurfaceUpdate:
 
 def require_unique_ids(update: SurfaceUpdate) -> None:
     """Refuse an update with an empty id, or with one id twice.
+
+    Args:
+        update: the update.
 
     Raises:
         InvalidInput: names the field of the message. (Ids of meshes are unique by construction.)

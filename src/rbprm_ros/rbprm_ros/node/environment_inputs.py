@@ -48,7 +48,11 @@ class EnvironmentInputs:
         )
 
     def add(self, update: SurfaceUpdate) -> Future:
-        """Add an update behind those that wait; see `UpdateQueue.add`."""
+        """Add an update behind those that wait; see `UpdateQueue.add`.
+
+        Args:
+            update: the update.
+        """
         return self._updates.add(update)
 
     async def settled(self) -> None:

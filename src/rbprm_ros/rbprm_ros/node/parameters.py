@@ -149,7 +149,12 @@ class Parameters:
 
 
 def override(node: Node, name: str) -> Any:
-    """The override of a parameter that is not declared; None where there is none."""
+    """The override of a parameter that is not declared; None where there is none.
+
+    Args:
+        node: the node.
+        name: name of the parameter.
+    """
     value = node.declare_parameter(name, None, ParameterDescriptor(dynamic_typing=True)).value
     node.undeclare_parameter(name)
     return value
@@ -204,7 +209,11 @@ def _ranges(hint: Any) -> dict[str, list[FloatingPointRange] | list[IntegerRange
 
 
 def attribute_texts(kind: type) -> dict[str, str]:
-    """Descriptions in the section "Attributes:" of a class's docstring, by attribute."""
+    """Descriptions in the section "Attributes:" of a class's docstring, by attribute.
+
+    Args:
+        kind: the class.
+    """
     section = (inspect.getdoc(kind) or "").partition("Attributes:\n")[2]
     found = re.findall(r"^    (\w+): (.*(?:\n {5,}.*)*)", section, flags=re.MULTILINE)
     return {name: re.sub(r"\s+", " ", text) for name, text in found}

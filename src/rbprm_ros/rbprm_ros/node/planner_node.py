@@ -210,7 +210,11 @@ class PlannerNode(LifecycleNode):
 
 
 def run(stop: threading.Event) -> int:
-    """Run the node until an event is set; returns the exit code, 2 for a wrong parameter."""
+    """Run the node until an event is set; returns the exit code, 2 for a wrong parameter.
+
+    Args:
+        stop: the event.
+    """
     init()
     try:
         node = PlannerNode()

@@ -67,7 +67,11 @@ class Publishers:
         return Header(stamp=stamp, frame_id=self._settings().planning_frame)
 
     def sequence(self, sequence: PublishedSequence) -> None:
-        """Publish a revision and its guide."""
+        """Publish a revision and its guide.
+
+        Args:
+            sequence: the revision.
+        """
         header = self._header_of(sequence)
         self._guide.publish(guide_message(sequence.plan, header))
         self._sequence.publish(self._message(sequence, header))
@@ -92,7 +96,12 @@ class Publishers:
         self._status.publish(status_message(header, status, sequence))
 
     def markers(self, snapshot: Snapshot, plan: ContactPlan | None) -> bool:
-        """Publish the markers of environment and plan; False where the topic has no subscriber."""
+        """Publish the markers of environment and plan; False where the topic has no subscriber.
+
+        Args:
+            snapshot: the environment.
+            plan: the published plan; None where there is none.
+        """
         if self._markers.get_subscription_count() == 0:
             return False
         self._markers.publish(markers_message(self.header(), snapshot, plan))
@@ -121,14 +130,24 @@ class Publishers:
         self._diagnostics.publish(diagnostics_message(health, header, self._node.get_name()))
 
     def partial(self, job: Job, states: Sequence[StateEntry]) -> None:
-        """Publish the states of a sequence that is growing."""
+        """Publish the states of a sequence that is growing.
+
+        Args:
+            job: work that gives the sequence.
+            states: states of the sequence so far.
+        """
         if self._partial.get_subscription_count() == 0:
             return
         plan = bare_plan(states, job.request, _robot(job.robot))
         self._partial.publish(self._incomplete(plan, job.id))
 
     def answer(self, sequence: PublishedSequence, answer: Answer) -> None:
-        """Fill an answer with a plan."""
+        """Fill an answer with a plan.
+
+        Args:
+            sequence: the published plan.
+            answer: response or result to fill.
+        """
         header = self._header_of(sequence)
         answer.sequence = self._message(sequence, header)
         answer.guide = guide_message(sequence.plan, header)
@@ -136,12 +155,21 @@ class Publishers:
         answer.result = success_message(sequence.plan)
 
     def answer_partly(self, plan: ContactPlan, answer: Answer) -> None:
-        """Fill the answer of a goal that failed with the states that were found."""
+        """Fill the answer of a goal that failed with the states that were found.
+
+        Args:
+            plan: plan of the states that were found.
+            answer: result to fill.
+        """
         answer.sequence = self._incomplete(plan, "")
         answer.statistics = statistics_message(plan)
 
     def refusal(self, error: Exception) -> PlanningResult:
-        """Log an error and return it as a message."""
+        """Log an error and return it as a message.
+
+        Args:
+            error: any exception of planning or serving.
+        """
         data = error_data(error)
         if not isinstance(error, RbprmError):
             self._node.get_logger().error("".join(traceback.format_exception(error)))

@@ -94,6 +94,9 @@ class PlanningCalls:
 
         It is the last state before the first invalid one; where all are valid, the executed one.
 
+        Args:
+            base: the published sequence.
+
         Raises:
             RbprmError: the validating process was lost.
         """
@@ -103,7 +106,11 @@ class PlanningCalls:
         return max(first - 1, executed)
 
     def cancel(self, work: WorkFuture[Result]) -> None:
-        """Cancel a call's work."""
+        """Cancel a call's work.
+
+        Args:
+            work: future of the work.
+        """
         self._planner.cancel(work)
 
     def cancel_all(self) -> None:

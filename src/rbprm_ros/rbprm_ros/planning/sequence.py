@@ -72,6 +72,11 @@ class PublishedSequence:
 
 
 def common_states(kept: Sequence[StateEntry], states: Sequence[StateEntry]) -> int:
-    """Number of leading states that two sequences have in common."""
+    """Number of leading states that two sequences have in common.
+
+    Args:
+        kept: states of one sequence.
+        states: states of the other.
+    """
     same = (a == b for a, b in zip(kept, states, strict=False))
     return sum(itertools.takewhile(bool, same))

@@ -99,7 +99,11 @@ class Row:
     validity: tuple[Validity, ...] | None = None
 
     def holds(self, facts: Facts) -> bool:
-        """Whether all conditions of the row hold."""
+        """Whether all conditions of the row hold.
+
+        Args:
+            facts: the facts.
+        """
         names = ("active", "planning", "published", "replanning", "is_news", "call_failed")
         return all(getattr(self, n) in (None, getattr(facts, n)) for n in names) and (
             self.validity is None or facts.validity in self.validity
@@ -140,6 +144,9 @@ def status_of(facts: Facts) -> tuple[Activity, ErrorData]:
     """Activity, and error in the status, from the facts: the first row of the table that holds.
 
     The error is that of the newest call, else that of the published sequence.
+
+    Args:
+        facts: the facts.
     """
     row = next(row for row in STATUS_TABLE if row.holds(facts))
     if not row.shows_error:

@@ -123,7 +123,11 @@ class StatusTracker:
         self._report(invalid, snapshot)
 
     def record_valid_states(self, snapshot: Snapshot) -> None:
-        """All states of a sequence that ends before its goal are valid in an environment."""
+        """All states of a sequence that ends before its goal are valid in an environment.
+
+        Args:
+            snapshot: the environment.
+        """
         self._report((), snapshot)
 
     def begin_replanning(self) -> None:

@@ -59,6 +59,10 @@ class Validator:
 
         Its states may be below the threshold where the request allows that.
 
+        Args:
+            sequence: the published sequence.
+            first: index of the first state to validate.
+
         Raises:
             RbprmError: the process was lost.
         """
@@ -68,6 +72,9 @@ class Validator:
         """Validate a new sequence in advance.
 
         The process then holds the states, and their distances to obstacles, when surfaces change.
+
+        Args:
+            sequence: the published sequence.
         """
         self._worker.submit(self._validation_of(sequence, 0), ignore)
 

@@ -33,6 +33,9 @@ class WorkerProcess:
     def send(self, message: Work | Cancellation) -> None:
         """Send a message, without the surfaces and states that the process holds already.
 
+        Args:
+            message: work, or a cancellation.
+
         Raises:
             ChannelClosed: the process has ended.
             PeerHung: the process has received nothing for `MAX_SILENCE` seconds.

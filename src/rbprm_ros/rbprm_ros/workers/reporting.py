@@ -41,7 +41,11 @@ class WorkLink:
         return self._throttle.due
 
     def report(self, progress: Progress) -> None:
-        """Send progress, at most once in a period and a stage."""
+        """Send progress, at most once in a period and a stage.
+
+        Args:
+            progress: progress of the work.
+        """
         if self._throttle.passes(progress):
             self._channel.send(Reported(self._id, progress, self.states))
             self.states = None

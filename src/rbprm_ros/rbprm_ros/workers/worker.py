@@ -112,7 +112,11 @@ class PlanningWorker:
         return self._put(_Task(work, report))
 
     def cancel(self, future: Future[Result]) -> None:
-        """Stop work: running work fails with the code CANCELLED, waiting work never starts."""
+        """Stop work: running work fails with the code CANCELLED, waiting work never starts.
+
+        Args:
+            future: future of the work.
+        """
         if future.cancel():
             return
         with self._lock:

@@ -237,7 +237,11 @@ def _joined(job: Job, found: ContactPlan, first_changed: int) -> ContactPlan:
 
 
 def serve(channel: Channel) -> None:
-    """Do the work that comes over a channel."""
+    """Do the work that comes over a channel.
+
+    Args:
+        channel: connection to the node.
+    """
     Server(channel).serve()
 
 
