@@ -89,7 +89,11 @@ class PlannerNode(LifecycleNode):
         self._end()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Start the worker processes."""
+        """Start the worker processes.
+
+        Args:
+            state: lifecycle state before the transition.
+        """
         log = ProgressLog(self.get_logger(), self._settings().robot)
         self._planning = Planning(
             self._settings,
@@ -105,26 +109,42 @@ class PlannerNode(LifecycleNode):
         return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Serve calls."""
+        """Serve calls.
+
+        Args:
+            state: lifecycle state before the transition.
+        """
         self._active = True
         assert self._planning is not None
         self._planning.activate()
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Cancel all planning; the published sequence stays."""
+        """Cancel all planning; the published sequence stays.
+
+        Args:
+            state: lifecycle state before the transition.
+        """
         self._active = False
         if self._planning is not None:
             self._planning.deactivate()
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """End the worker processes, and remove sequence and surfaces."""
+        """End the worker processes, and remove sequence and surfaces.
+
+        Args:
+            state: lifecycle state before the transition.
+        """
         self._end()
         return super().on_cleanup(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """End the worker processes, and remove sequence and surfaces, for good."""
+        """End the worker processes, and remove sequence and surfaces, for good.
+
+        Args:
+            state: lifecycle state before the transition.
+        """
         self._end()
         return super().on_shutdown(state)
 
