@@ -21,7 +21,6 @@ from rbprm_core.plan_conversion.states_to_plan import bare_plan, state_entry
 from rbprm_core.plan_record import ContactPlan
 from rbprm_core.planning_input import PlanningInput, input_from_plan
 from rbprm_core.posture import (
-    PostureOptions,
     PostureProblem,
     PostureSetting,
     WitnessEnd,
@@ -32,6 +31,7 @@ from rbprm_core.posture import (
 from rbprm_core.posture.constraints.rows import Constraint
 from rbprm_core.posture.constraints.tasks import Upright
 from rbprm_core.posture.model import REACH, PostureModel
+from rbprm_core.posture.protocol import THOROUGH
 from rbprm_core.posture.quadratic_program import SOLVERS
 from rbprm_core.posture.quality import PostureQuality, posture_quality
 from rbprm_core.posture.witness import ENDS
@@ -129,7 +129,7 @@ def posture(
     with StageBars(console) as bars:
         data = load_robot_data(robot, bars.robot_data)
     setting = posture_setting(data, given.scene(), given.request.gravity)
-    found = generate_posture(setting, task.problem, task.start, PostureOptions(qp_solver=solver))
+    found = generate_posture(setting, task.problem, task.start, replace(THOROUGH, qp_solver=solver))
     if isinstance(found, Failure):
         console.print(f"{task.name}: not found: {failure_text(found)}", markup=False)
         raise click.exceptions.Exit(1)

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from rbprm_core.arrays import Array, IntArray
+from rbprm_core.arrays import Array, BoolArray, IntArray
 from rbprm_core.body.broadphase import PairGroup
 from rbprm_core.body.collision import LIFT
+from rbprm_core.robot import Robot
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
 
@@ -60,6 +61,7 @@ class BodyPairs:
     Attributes:
         names: names of the bodies.
         joints: (o,) id of the joint that each body is fixed to.
+        moving: (o, nv) True for the coordinates that move each body.
     """
 
     def __init__(self, data: RobotData, scene: Scene, reach: float) -> None:
@@ -67,6 +69,7 @@ class BodyPairs:
         self._model, self._reach = model, reach
         self.names = [body.name for body in bodies.objects]
         self.joints: IntArray = np.array([body.parentJoint for body in bodies.objects], dtype=int)
+        self.moving = _supports(data.robot)[self.joints]
         groups = bodies.group[bodies.self_pairs]
         self._pairs: IntArray = bodies.self_pairs[groups[:, 0] != groups[:, 1]]
         self._first, self._second = np.ascontiguousarray(self._pairs.T)
@@ -211,3 +214,14 @@ def _boxes(objects: tuple[pin.GeometryObject, ...]) -> tuple[Array, Array, Array
         halves.append((high - low) / 2)
     rotations = np.array([body.placement.rotation for body in objects])
     return np.array(middles)[:, :, None], np.array(halves)[:, :, None], rotations
+
+
+def _supports(robot: Robot) -> BoolArray:
+    """Mask (njoints, nv): the coordinates that move each joint."""
+    model = robot.model
+    supports = np.zeros((model.njoints, model.nv), dtype=bool)
+    for joint in range(1, model.njoints):
+        first, count = model.joints[joint].idx_v, model.joints[joint].nv
+        supports[joint] = supports[model.parents[joint]]
+        supports[joint, first : first + count] = True
+    return supports

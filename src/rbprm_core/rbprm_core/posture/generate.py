@@ -10,7 +10,7 @@ from rbprm_core.body.whole_body import WholeBody
 from rbprm_core.failures import Failure
 from rbprm_core.posture.explanation import explained_failure
 from rbprm_core.posture.problem import PostureProblem
-from rbprm_core.posture.protocol import PostureOptions, PostureSetting
+from rbprm_core.posture.protocol import THOROUGH, PostureOptions, PostureSetting
 from rbprm_core.posture.registry import POSTURE_GENERATORS
 from rbprm_core.robot.data import RobotData
 from rbprm_core.scene import Scene
@@ -36,7 +36,7 @@ def generate_posture(
     setting: PostureSetting,
     problem: PostureProblem,
     start: Array,
-    options: PostureOptions = PostureOptions(),  # noqa: B008 (frozen)
+    options: PostureOptions = THOROUGH,
     generator: str = "sqp",
 ) -> State | Failure:
     """A posture that satisfies a problem, or the failure of the first constraint without one.

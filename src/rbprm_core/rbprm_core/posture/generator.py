@@ -30,7 +30,10 @@ class SqpPostureGenerator:
         self._model, self._margin = PostureModel(setting), options.margin
         self._criterion_steps = options.criterion_steps
         self._options = SqpOptions(
-            max_steps=options.max_steps, max_step=options.max_step, qp_solver=options.qp_solver
+            max_steps=options.max_steps,
+            max_step=options.max_step,
+            patience=options.patience,
+            qp_solver=options.qp_solver,
         )
 
     def solve(self, problem: PostureProblem, start: Array) -> State | Failure:

@@ -96,3 +96,14 @@ def _cross_rows(arm: Array, rows: Array) -> Array:
     result[1] = z * rows[0] - x * rows[2]
     result[2] = x * rows[1] - y * rows[0]
     return result
+
+
+def cross(a: Array, b: Array) -> Array:
+    """The cross product (3,) of two vectors; np.cross takes ten times as long.
+
+    Args:
+        a: (3,) first vector.
+        b: (3,) second vector.
+    """
+    (x, y, z), (u, v, w) = a.tolist(), b.tolist()
+    return np.array([y * w - z * v, z * u - x * w, x * v - y * u])

@@ -59,6 +59,8 @@ class PostureOptions:
         margin: smallest distance between bodies, and between bodies and the environment, metres.
         max_steps: largest number of steps until the constraints are satisfied.
         criterion_steps: largest number of steps after that, for problems with a criterion.
+        patience: number of steps in which the distance to the constraints must halve, or the
+            search ends.
         max_step: largest change of a coordinate in one step, metres or radians.
         qp_solver: solver of the quadratic programs: daqp, osqp or proxqp.
     """
@@ -66,9 +68,13 @@ class PostureOptions:
     margin: float = 1e-3
     max_steps: int = 16
     criterion_steps: int = 10
+    patience: int = 4
     max_step: float = 0.3
     qp_solver: str = "daqp"
 
+
+THOROUGH = PostureOptions(max_steps=50, patience=12)
+"""Options for single problems, where time does not count."""
 
 PostureGeneratorFactory = Callable[[PostureSetting, PostureOptions], PostureGenerator]
 """Makes a posture generator for one robot in one scene."""

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from rbprm_core.arrays import Array, BoolArray
+from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
 from rbprm_core.failures import Cause, Failure
 from rbprm_core.posture.body_pairs import ENVIRONMENT, BodyPairs
@@ -44,7 +44,6 @@ class Clearance(ByRows):
         ends = {robot.limbs[limb].last_joint for limb in self._normals}
         margins = [STANDING_MARGIN if joint in ends else margin for joint in pairs.joints]
         self._margins = np.array(margins)
-        self._moving = _supports(robot)[pairs.joints]
         self._worst = (ENVIRONMENT, ENVIRONMENT)
 
     def rows(self, kinematics: Kinematics) -> Rows:
@@ -53,8 +52,8 @@ class Clearance(ByRows):
         itself = near.second != ENVIRONMENT
         # Velocity of the gap: the wrench of a unit force along the normal, on both bodies.
         wrenches = np.hstack([near.normals, _cross(near.points, near.normals)])
-        moving = (itself[:, None] & self._moving[near.second]).astype(float)
-        moving -= self._moving[near.first]
+        moving = (itself[:, None] & self._pairs.moving[near.second]).astype(float)
+        moving -= self._pairs.moving[near.first]
         margins = np.where(itself, self._margin, self._margins[near.first])
         lower = margins - near.gaps
         if len(lower):
@@ -79,17 +78,6 @@ class Clearance(ByRows):
             return ""
         joint = self._robot.fixed_to(int(self._pairs.joints[body]))
         return next((limb.name for limb in self._robot.limbs if joint in limb.joints), "")
-
-
-def _supports(robot: Robot) -> BoolArray:
-    """Mask (njoints, nv): the coordinates that move each joint."""
-    model = robot.model
-    supports = np.zeros((model.njoints, model.nv), dtype=bool)
-    for joint in range(1, model.njoints):
-        first, count = model.joints[joint].idx_v, model.joints[joint].nv
-        supports[joint] = supports[model.parents[joint]]
-        supports[joint, first : first + count] = True
-    return supports
 
 
 def _cross(first: Array, second: Array) -> Array:

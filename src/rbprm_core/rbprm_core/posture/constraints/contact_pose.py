@@ -9,7 +9,7 @@ from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
 from rbprm_core.failures import Cause, Failure
 from rbprm_core.posture.constraints.rows import ByRows, Rows
-from rbprm_core.posture.kinematics import Kinematics
+from rbprm_core.posture.kinematics import Kinematics, cross
 from rbprm_core.robot import Robot
 
 
@@ -51,7 +51,7 @@ class ContactPose(ByRows):
     def _part_of_ball(self, frame: pin.SE3, jacobian: Array, error: Array) -> Rows:
         """The rows of a part of a ball: n . z is at least the smallest cosine."""
         axis, normal = frame.rotation[:, 2], self._contact.normal
-        gradient = np.cross(axis, normal) @ jacobian[3:]
+        gradient = cross(axis, normal) @ jacobian[3:]
         missing = self._spot.min_cosine - float(axis @ normal)
         return Rows(
             np.vstack([jacobian[:3], gradient]),

@@ -11,7 +11,7 @@ from rbprm_core.arrays import Array
 from rbprm_core.body.contact import Contact
 from rbprm_core.failures import Cause, Failure
 from rbprm_core.posture.constraints.rows import ByRows, Rows
-from rbprm_core.posture.kinematics import Kinematics
+from rbprm_core.posture.kinematics import Kinematics, cross
 from rbprm_core.robot import Robot
 from rbprm_core.scene import Surface
 from rbprm_core.statics import cone_generators
@@ -70,13 +70,13 @@ class ContactOnSurface(ByRows):
         axis = frame.rotation[:, 2]
         if self._spot.planar:
             # Rotate the frame's z axis onto the normal: two tangential components of the error.
-            error = np.cross(axis, normal) if axis @ normal > 0 else _half_turn(axis, normal)
+            error = cross(axis, normal) if axis @ normal > 0 else _half_turn(axis, normal)
             for tangent in self._surface.polygon.plane.axes.T:
                 matrix.append(tangent @ jacobian[3:])
                 lower.append(float(tangent @ error))
                 upper.append(float(tangent @ error))
         elif self._spot.min_cosine > -1.0:
-            matrix.append(np.cross(axis, normal) @ jacobian[3:])
+            matrix.append(cross(axis, normal) @ jacobian[3:])
             lower.append(self._spot.min_cosine - float(axis @ normal))
             upper.append(np.inf)
         for corner in self._spot.corners:
@@ -123,8 +123,8 @@ class ContactOnSurface(ByRows):
 
 def _half_turn(axis: Array, normal: Array) -> Array:
     """Rotation vector (3,) of at least a quarter turn from an axis to a normal."""
-    cross = np.cross(axis, normal)
-    size = float(np.linalg.norm(cross))
+    turn = cross(axis, normal)
+    size = float(np.linalg.norm(turn))
     if size < 1e-9:
         return np.array([np.pi, 0.0, 0.0])
-    return cross / size * float(np.arccos(np.clip(axis @ normal, -1.0, 1.0)))
+    return turn / size * float(np.arccos(np.clip(axis @ normal, -1.0, 1.0)))

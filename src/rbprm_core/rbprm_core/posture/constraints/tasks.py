@@ -8,7 +8,7 @@ from rbprm_core.arrays import Array
 from rbprm_core.errors import InvalidInput
 from rbprm_core.failures import Cause, Failure
 from rbprm_core.posture.constraints.rows import ByRows, Rows
-from rbprm_core.posture.kinematics import Kinematics
+from rbprm_core.posture.kinematics import Kinematics, cross
 from rbprm_core.robot import Robot
 
 
@@ -46,7 +46,7 @@ class Upright(ByRows):
         """See `Constraint.rows`."""
         frame, jacobian = kinematics.frame(self._frame)
         axis = frame.rotation @ self._axis
-        gradient = np.cross(axis, self._direction) @ jacobian[3:]
+        gradient = cross(axis, self._direction) @ jacobian[3:]
         missing = self._min_cosine - float(axis @ self._direction)
         return Rows(gradient[None], np.array([missing]), np.array([np.inf]))
 
