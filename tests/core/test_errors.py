@@ -127,6 +127,10 @@ EXAMPLES = {
         Failure.of(Cause.ROADMAP_NOT_CONNECTED, samples=30, nodes=12, parts=3),
         "30 samples did not connect start and goal; the roadmap has 12 nodes in 3 parts",
     ),
+    Cause.NO_VALID_PATH: (
+        Failure.of(Cause.NO_VALID_PATH, tried=4),
+        "none of 4 paths from start to goal is valid",
+    ),
     Cause.EXECUTED_STATE_INVALID: (
         Failure.of(Cause.EXECUTED_STATE_INVALID, state=7),
         "state 7, which the robot is in, is invalid",
