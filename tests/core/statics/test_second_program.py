@@ -30,7 +30,7 @@ from rbprm_core.statics import (
 
 OPTIMAL, INFEASIBLE, UNBOUNDED = 0, 2, 3  # status of scipy's linprog
 PRECISE = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-LARGE = 1e5  # N a newton of weight: beyond, b0 is infinite up to rounding
+LARGE = 1e3  # times the weight: beyond, b0 is infinite up to rounding
 STATES = 1200
 MAX_SECONDS = 3.0  # of one core for all of them; about 0.2 s on an idle machine
 
@@ -171,12 +171,12 @@ def test_with_weight(
     load = load_of(seed, *count, turn, friction)
     found, wanted = robustness(load.problem()), load.primal()
     event(kind(wanted))
-    if wanted > LARGE * load.size:
-        assert found > LARGE
+    if abs(wanted) > LARGE * load.size:  # infinite, or nearly so
+        assert found * np.sign(wanted) > LARGE
     else:
         # Without friction the dual is nearly degenerate, and the solver's tolerance shows.
-        precision = 2e-6 if friction == (0.0,) else 1e-8
-        assert found == pytest.approx(wanted, rel=1e-6, abs=precision * load.size)
+        precision = 1e-5 if friction == (0.0,) else 1e-8
+        assert found == pytest.approx(wanted, rel=max(precision, 1e-6), abs=precision * load.size)
 
 
 @settings(max_examples=150)
@@ -194,9 +194,10 @@ def test_without_weight(
     event("force closure" if closed else kind(wanted))
     if wanted < 1e-6 or not closed:
         assert found <= 1e-6
-    if found > 0.0:
+    if found > 1e-9:
         assert closed
-        assert found == pytest.approx(wanted, rel=1e-6, abs=1e-6)
+        precision = 1e-5 if friction == (0.0,) else 1e-7
+        assert found == pytest.approx(wanted, rel=1e-6, abs=precision * GRIP_FORCE)
 
 
 @settings(max_examples=60)
