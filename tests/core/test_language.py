@@ -27,12 +27,6 @@ OLD_NAMES = {  # files with the old names of options, which are still accepted
     "src/rbprm_core/rbprm_core/option_names.py",
     "src/rbprm_ros/rbprm_ros/node/parameters.py",
 }
-NOT_CLEANED = {
-    "src/rbprm_core/rbprm_core/bench/aggregate.py",
-    "tests/core/contacts/along_guide/test_walk.py",
-    "tests/core/portfolio/test_portfolio.py",
-    "tests/core/test_planner.py",
-}
 
 
 def files(*patterns: str) -> list[Path]:
@@ -95,7 +89,7 @@ def test_no_forbidden_words() -> None:
         if path != THIS
         for number, line in lines_of(path)
         for match in [FORBIDDEN.search(line) or DIALECT.search(line)]
-        if match and str(path) not in NOT_CLEANED
+        if match
     ]
     assert not found, f"{len(found)} lines\n" + "\n".join(found)
 

@@ -348,7 +348,7 @@ def test_no_sequence_where_only_the_left_feet_find_ground(hyq_data: RobotData) -
 
 
 def test_one_time_limit_holds_for_all_guides(hyq_data: RobotData) -> None:
-    """As above: guides are tried until the limit, and the best of them is told."""
+    """As above: guides are tried until the limit, and the best of them is reported."""
     ring = [[0.5, 0.3, 0], [4.5, 0.3, 0], [4.5, 0.5, 0], [0.5, 0.5, 0]]
     bridge = make_surface("bridge", ring, 0.5)
     scene = Scene([island("a", -2, 1.5), island("b", 3.5, 6), bridge])
@@ -435,7 +435,7 @@ def test_the_goal_is_tried_once_after_some_attempts(
 ) -> None:
     options = PlannerOptions(guides=guides)
     tried, ends = attempts(monkeypatch, lambda attempt: True)
-    with pytest.raises(NoSequenceFound):  # it admits what is asked of it
+    with pytest.raises(NoSequenceFound):  # it admits what the request requires
         plan(walk_to(1.0, options=options, goal_limbs=LEGS), hyq_data, flat_scene, Budget(60.0))
     assert ends == ["start", "goal"]
     tried.clear()

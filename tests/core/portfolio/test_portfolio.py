@@ -1,4 +1,4 @@
-"""A portfolio in real processes: who wins, what is told when nobody does, and that none is left."""
+"""A portfolio in real processes: the winner, the error if none succeeds, and that all end."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class Aggregate:
     Attributes:
         scenario: name of the scenario.
         robot: name of the robot.
-        robustness: raw b0 asked of every state, newtons.
+        robustness: required raw b0 of every state, newtons.
         time_limit: time limit of a run, seconds.
         runs: number of runs.
         successes: number of runs that succeeded.

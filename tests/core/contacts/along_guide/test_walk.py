@@ -72,7 +72,7 @@ def flat(hyq_data: RobotData, flat_scene: Scene) -> ContactGenerator:
 
 @pytest.fixture
 def pit(hyq_data: RobotData) -> ContactGenerator:
-    """No ground for the right hind leg; equilibrium is not asked for."""
+    """No ground for the right hind leg; equilibrium is not required."""
     surfaces = [make_surface(f"g{k}", ring, 0.5) for k, ring in enumerate(PIT)]
     return ContactGenerator(hyq_data, Scene(surfaces), GRAVITY, -np.inf)
 
