@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 from geometry_msgs.msg import Point, Quaternion
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from rbprm_msgs.msg import PlanningResult, PolygonRing, Surface, SurfaceArray
 from rbprm_msgs.srv import ListRobots, Plan
 from tests.ros.conftest import ENDLESS
@@ -221,13 +223,17 @@ def test_calls_beyond_those_that_may_wait_are_refused_at_once(
     site.planner(*ENDLESS, "-p", "max_calls:=3")
     executive = site.executive()
     executive.give(gap)
-    request_over_gap.time_limit = 10.0  # no other call is answered before the refusals
+    request_over_gap.time_limit = 300.0  # no other call is answered before the refusals
     calls = [executive.start_call(request_over_gap) for _ in range(5)]
     executive.spin_until(lambda: sum(call.done() for call in calls) == 2, "two refusals")
     refused = [call.result().result for call in calls if call.done()]
     assert {result.code for result in refused} == {PlanningResult.BUSY}
     assert "3 calls of ~/plan wait already" in refused[0].text
+    for transition in (Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVATE):
+        change = ChangeState.Request(transition=Transition(id=transition))
+        assert executive.ask(ChangeState, "change_state", change).success
     others = [executive.answer(call).result.code for call in calls]
-    assert others.count(PlanningResult.TIME_LIMIT) == 3
+    assert others.count(PlanningResult.CANCELLED) == 3
     # Calls are accepted again, as calls of other services were all the time.
+    request_over_gap.time_limit = 1.0
     assert executive.call(request_over_gap).result.code == PlanningResult.TIME_LIMIT
