@@ -31,10 +31,10 @@ def cli() -> None:
     """Plan acyclic multi-contact sequences for legged robots.
 
     \b
-    Exit codes: 0 success, 1 the plan is invalid or no posture found, 2 invalid
-    input, 3 start not reachable, 4 goal not reachable, 5 no guide found, 6 no
-    contact sequence found, 7 time limit reached, 70 internal error, 130
-    interrupted.
+    Exit codes: 0 success, 1 the plan is invalid or no posture was found,
+    2 invalid input, 3 start not reachable, 4 goal not reachable,
+    5 no guide found, 6 no contact sequence found, 7 time limit reached,
+    70 internal error, 130 interrupted.
     """
 
 
