@@ -370,7 +370,7 @@ def test_help_names_every_command_and_code(
         main()
     text = capfd.readouterr().out
     for name in ("plan", "check", "view", "scenarios", "robots", "130 interrupted"):
-        assert name in text
+        assert name in " ".join(text.split())  # wherever click ends the lines
     assert "..." not in text.partition("Commands:")[2]  # click cuts what does not fit
 
 

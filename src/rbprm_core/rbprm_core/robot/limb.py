@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -47,52 +48,52 @@ class Limb:
     heuristics: dict[str, float]
     samples: int
 
-    @property
+    @cached_property
     def spot(self) -> ContactSpot:
         """The contact spot that the limb makes contact with."""
         return self.spots[0]
 
-    @property
+    @cached_property
     def effector(self) -> str:
         """Name of the frame in the URDF that the contact spot is fixed to."""
         return self.spot.frame_name
 
-    @property
+    @cached_property
     def frame(self) -> int:
         """Id of the frame in the model that the contact spot is fixed to."""
         return self.spot.frame
 
-    @property
+    @cached_property
     def contact(self) -> pin.SE3:
         """Placement of the contact frame in the effector frame."""
         return self.spot.placement
 
-    @property
+    @cached_property
     def radius(self) -> float:
         """Radius of the contact spot's ball, metres; 0 for a rectangle."""
         return self.spot.radius
 
-    @property
+    @cached_property
     def half_size(self) -> Array | None:
         """Half the sides (2,) of the contact spot's rectangle, metres; None for a ball."""
         return self.spot.half_size
 
-    @property
+    @cached_property
     def min_cosine(self) -> float:
         """Smallest cosine between the contact frame's z axis and a surface's normal."""
         return self.spot.min_cosine
 
-    @property
+    @cached_property
     def planar(self) -> bool:
         """True where the limb makes planar contacts."""
         return self.spot.planar
 
-    @property
+    @cached_property
     def corners(self) -> Array:
         """Points (k, 3) that carry forces, in the contact frame, metres."""
         return self.spot.corners
 
-    @property
+    @cached_property
     def last_joint(self) -> int:
         """Id of the joint that the effector is fixed to."""
         return int(self.joints[-1])
