@@ -61,7 +61,7 @@ from rbprm_core.validation import finite_number
     is_flag=True,
     help="Where no state reaches the threshold, accept the one with the largest b0 of at least 0.",
 )
-@click.option("--most-robust", is_flag=True, hidden=True)
+@click.option("--most-robust", "old_flag", is_flag=True, hidden=True)
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Plan file to write.")
 def plan(
     scenario: str,
@@ -73,7 +73,7 @@ def plan(
     time_limit: float | None,
     robustness: float | None,
     accept_below_threshold: bool,
-    most_robust: bool,
+    old_flag: bool,
     out: Path | None,
 ) -> None:
     """Plan SCENARIO, a known name or a scenario file, and check the plan.
@@ -85,7 +85,7 @@ def plan(
     time limit starts after that. Of several jobs the plan names the seed that won; --seed with
     that one alone gives the same plan again.
     """
-    if most_robust:
+    if old_flag:
         warn_renamed("--most-robust", "--accept-below-threshold")
         accept_below_threshold = True
     if out is not None and not out.absolute().parent.is_dir():

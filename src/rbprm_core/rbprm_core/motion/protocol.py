@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from rbprm_core.arrays import Array
+from rbprm_core.arrays import Array, IntArray
 from rbprm_core.body.state import State
 from rbprm_core.body.whole_body import WholeBody
 from rbprm_core.budget import Budget
@@ -46,7 +46,7 @@ class Motion:
 
     times: Array
     configurations: Array
-    states: np.ndarray[tuple[int], np.dtype[np.int_]]
+    states: IntArray
 
 
 class MotionPlanner(Protocol):
